@@ -17,9 +17,7 @@ class RobustnavError(ValueError):
 
     exit_code = 2
 
-    def __init__(
-        self, thing: str, *, place: str = "", got: str = "", expected: str = "", do: str = ""
-    ) -> None:
+    def __init__(self, thing: str, *, place: str = "", got: str = "", expected: str = "", do: str = "") -> None:
         self.thing, self.place, self.got, self.expected, self.do = thing, place, got, expected, do
         super().__init__(self._text())
 

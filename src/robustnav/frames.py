@@ -44,13 +44,15 @@ def quat_multiply(a: ArrayLike, b: ArrayLike) -> Array:
 
 def quat_conjugate(q: ArrayLike) -> Array:
     """Return the inverse ``q_ba`` of unit quaternions ``q_ab`` (..., 4)."""
-    return np.asarray(q, float) * np.array([1.0, -1.0, -1.0, -1.0])
+    out: Array = np.asarray(q, float) * np.array([1.0, -1.0, -1.0, -1.0])
+    return out
 
 
 def quat_normalize(q: ArrayLike) -> Array:
     """Return quaternions (..., 4) scaled to unit norm."""
     q = np.asarray(q, float)
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+    out: Array = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return out
 
 
 def quat_from_rotvec(rotvec: ArrayLike) -> Array:
@@ -140,7 +142,8 @@ def rotation_error(q_est: ArrayLike, q_true: ArrayLike) -> Array:
 
 def wrap_angle(angle: ArrayLike) -> Array:
     """Return angles wrapped into [-pi, pi) [rad]."""
-    return (np.asarray(angle, float) + np.pi) % (2 * np.pi) - np.pi
+    out: Array = (np.asarray(angle, float) + np.pi) % (2 * np.pi) - np.pi
+    return out
 
 
 def quat_ned_frd_from_enu_flu(q: ArrayLike) -> Array:
@@ -161,7 +164,8 @@ def ned_from_enu(v: ArrayLike) -> Array:
 
 def frd_from_flu(v: ArrayLike) -> Array:
     """Return vectors (..., 3) in FRD of vectors in FLU, or the reverse: (x, -y, -z)."""
-    return np.asarray(v, float) * np.array([1.0, -1.0, -1.0])
+    out: Array = np.asarray(v, float) * np.array([1.0, -1.0, -1.0])
+    return out
 
 
 def triad(f_b: ArrayLike, m_b: ArrayLike) -> Array:
