@@ -38,7 +38,7 @@ def earth_rate_n(latitude: float) -> Array:
 
 @dataclass(frozen=True)
 class MagneticField:
-    """Magnetic field at a place: ``vector_n`` (3,) in NED [T]; declination east positive and dip down positive [deg]."""
+    """Magnetic field at a place: ``vector_n`` (3,) in NED [T], declination east positive, dip down positive."""
 
     vector_n: Array
 

@@ -132,7 +132,8 @@ def euler_from_quat(q_nb: ArrayLike) -> Array:
 
 def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> Array:
     """Return ``v_a = C_ab v_b`` (..., 3) for unit quaternions (..., 4) and vectors (..., 3)."""
-    return np.einsum("...ij,...j->...i", matrix_from_quat(q_ab), np.asarray(v_b, float))
+    out: Array = np.einsum("...ij,...j->...i", matrix_from_quat(q_ab), np.asarray(v_b, float))
+    return out
 
 
 def rotation_error(q_est: ArrayLike, q_true: ArrayLike) -> Array:
