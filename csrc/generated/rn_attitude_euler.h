@@ -1,0 +1,789 @@
+/* Generated from the model 'attitude_euler'; do not edit: make generate. */
+/* clang-format off */
+#ifndef RN_GENERATED_ATTITUDE_EULER_H
+#define RN_GENERATED_ATTITUDE_EULER_H
+#include "rn_model.h"
+#include "rn_update.h"
+
+/* state, error (quaternions: small rotation, rad), input, parameters:
+ *   x[0..2], e[0..2]  euler [rad]
+ *   x[3..5], e[3..5]  gyro_bias [rad/s]
+ *   u[0..2]  gyro [rad/s]
+ *   p[0]  gravity
+ *   p[1]  mag_north
+ *   p[2]  mag_down
+ *   q[0]  intensity of gyro_noise [(rad/s/sqrt(Hz))^2]
+ *   q[1]  intensity of gyro_bias_noise [(rad/s^2/sqrt(Hz))^2] */
+
+RN_INLINE void rn_attitude_euler_propagate(real *x, const real *u, const real *p, real dt)
+{
+    RN_UNUSED(p);
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real t_0 = u_gyro_1 - s_gyro_bias_1;
+    const real t_1 = rn_sin(s_euler_0);
+    const real t_2 = u_gyro_2 - s_gyro_bias_2;
+    const real t_3 = rn_cos(s_euler_0);
+    const real r0_euler_1 = t_0 * t_3 - t_1 * t_2;
+    const real t_4 = R(0.5) * dt;
+    const real m_1 = s_euler_1 + r0_euler_1 * t_4;
+    const real t_5 = u_gyro_0 - s_gyro_bias_0;
+    const real t_6 = t_0 * t_1 + t_2 * t_3;
+    const real r0_euler_0 = rn_tan(s_euler_1) * t_6 + t_5;
+    const real m_0 = s_euler_0 + r0_euler_0 * t_4;
+    const real t_7 = rn_sin(m_0);
+    const real t_8 = rn_cos(m_0);
+    const real t_9 = t_0 * t_7 + t_2 * t_8;
+    const real r_euler_0 = t_5 + rn_tan(m_1) * t_9;
+    const real r_euler_1 = t_0 * t_8 - t_2 * t_7;
+    const real r_euler_2 = t_9 / rn_cos(m_1);
+    x[0] = dt * r_euler_0 + s_euler_0;
+    x[1] = dt * r_euler_1 + s_euler_1;
+    x[2] = dt * r_euler_2 + s_euler_2;
+    x[3] = s_gyro_bias_0;
+    x[4] = s_gyro_bias_1;
+    x[5] = s_gyro_bias_2;
+}
+
+RN_INLINE void rn_attitude_euler_predict(real *x, real *P, const real *u, const real *q, const real *p, real dt)
+{
+    RN_UNUSED(p);
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real P_0_0 = P[0];
+    const real P_0_1 = P[1];
+    const real P_0_2 = P[2];
+    const real P_0_3 = P[3];
+    const real P_0_4 = P[4];
+    const real P_0_5 = P[5];
+    const real P_1_1 = P[6];
+    const real P_1_2 = P[7];
+    const real P_1_3 = P[8];
+    const real P_1_4 = P[9];
+    const real P_1_5 = P[10];
+    const real P_2_2 = P[11];
+    const real P_2_3 = P[12];
+    const real P_2_4 = P[13];
+    const real P_2_5 = P[14];
+    const real P_3_3 = P[15];
+    const real P_3_4 = P[16];
+    const real P_3_5 = P[17];
+    const real P_4_4 = P[18];
+    const real P_4_5 = P[19];
+    const real P_5_5 = P[20];
+    const real t_0 = u_gyro_0 - s_gyro_bias_0;
+    const real A0_1_5 = rn_sin(s_euler_0);
+    const real t_1 = u_gyro_1 - s_gyro_bias_1;
+    const real t_2 = t_1 * A0_1_5;
+    const real t_3 = u_gyro_2 - s_gyro_bias_2;
+    const real t_4 = rn_cos(s_euler_0);
+    const real t_5 = t_3 * t_4;
+    const real t_6 = t_2 + t_5;
+    const real t_7 = rn_tan(s_euler_1);
+    const real r0_euler_0 = t_6 * t_7 + t_0;
+    const real t_8 = R(0.5) * dt;
+    const real m_0 = s_euler_0 + r0_euler_0 * t_8;
+    const real A_1_5 = rn_sin(m_0);
+    const real t_9 = t_1 * A_1_5;
+    const real t_10 = rn_cos(m_0);
+    const real t_11 = t_10 * t_3;
+    const real t_12 = t_9 + t_11;
+    const real r0_euler_1 = t_1 * t_4 - A0_1_5 * t_3;
+    const real m_1 = s_euler_1 + r0_euler_1 * t_8;
+    const real t_13 = rn_tan(m_1);
+    const real r_euler_0 = t_12 * t_13 + t_0;
+    const real r_euler_1 = t_1 * t_10 - A_1_5 * t_3;
+    const real t_14 = rn_cos(m_1);
+    const real t_15 = R(1.0) / t_14;
+    const real r_euler_2 = t_12 * t_15;
+    const real A0_1_0 = -t_2 - t_5;
+    const real A_0_0 = t_13 * r_euler_1;
+    const real A_0_1 = (R(1.0) + (t_13 * t_13)) * t_12;
+    const real t_16 = A_0_1 * t_8;
+    const real A0_0_0 = t_7 * r0_euler_1;
+    const real t_17 = R(1.0) + A0_0_0 * t_8;
+    const real F_0_0 = R(1.0) + dt * (A0_1_0 * t_16 + A_0_0 * t_17);
+    const real A0_0_1 = (R(1.0) + (t_7 * t_7)) * t_6;
+    const real t_18 = A_0_0 * t_8;
+    const real F_0_1 = (A_0_1 + A0_0_1 * t_18) * dt;
+    const real t_19 = -R(1.0) - t_18;
+    const real F_0_3 = dt * t_19;
+    const real A0_0_4 = -(A0_1_5 * t_7);
+    const real A0_1_4 = -t_4;
+    const real A_0_4 = -(A_1_5 * t_13);
+    const real F_0_4 = (A_0_4 + A0_1_4 * t_16 + A0_0_4 * t_18) * dt;
+    const real A0_0_5 = -(t_4 * t_7);
+    const real A_0_5 = -(t_10 * t_13);
+    const real F_0_5 = (A_0_5 + A0_1_5 * t_16 + A0_0_5 * t_18) * dt;
+    const real t_20 = A_0_5 * A_0_5;
+    const real t_21 = q_1 * t_20;
+    const real t_22 = A_0_4 * A_0_4;
+    const real t_23 = q_1 * t_22;
+    const real t_24 = A_0_0 * A_0_5 + A_0_1 * A_1_5;
+    const real A_1_4 = -t_10;
+    const real t_25 = A_0_0 * A_0_4 + A_0_1 * A_1_4;
+    const real t_26 = R(0.08333333333333333) * (dt * dt * dt);
+    const real t_27 = dt * dt;
+    const real t_28 = R(0.25) * t_27;
+    const real t_29 = q_1 * t_27;
+    const real t_30 = R(0.25) * t_29;
+    const real t_31 = A_0_5 + t_8 * t_24;
+    const real t_32 = A_0_4 + t_8 * t_25;
+    const real Q_0_0 = dt * (q_0 * (t_19 * t_19) + t_21 * t_28 + t_23 * t_28 + t_30 + q_0 * (t_31 * t_31) + q_0 * (t_32 * t_32)) + ((A_0_0 * A_0_0) * q_0 + q_1 + t_21 + t_23 + q_0 * (t_24 * t_24) + q_0 * (t_25 * t_25)) * t_26;
+    const real T_0_0 = F_0_0 * P_0_0 + F_0_1 * P_0_1 + F_0_3 * P_0_3 + F_0_4 * P_0_4 + F_0_5 * P_0_5;
+    const real T_0_1 = F_0_0 * P_0_1 + F_0_1 * P_1_1 + F_0_3 * P_1_3 + F_0_4 * P_1_4 + F_0_5 * P_1_5;
+    const real T_0_3 = F_0_0 * P_0_3 + F_0_1 * P_1_3 + F_0_3 * P_3_3 + F_0_4 * P_3_4 + F_0_5 * P_3_5;
+    const real T_0_4 = F_0_0 * P_0_4 + F_0_1 * P_1_4 + F_0_3 * P_3_4 + F_0_4 * P_4_4 + F_0_5 * P_4_5;
+    const real T_0_5 = F_0_0 * P_0_5 + F_0_1 * P_1_5 + F_0_3 * P_3_5 + F_0_4 * P_4_5 + F_0_5 * P_5_5;
+    const real A_1_0 = -t_9 - t_11;
+    const real F_1_0 = A_1_0 * dt * t_17;
+    const real t_33 = R(0.5) * t_27;
+    const real t_34 = A_1_0 * t_33;
+    const real F_1_1 = R(1.0) + A0_0_1 * t_34;
+    const real F_1_3 = -t_34;
+    const real t_35 = A_1_0 * t_8;
+    const real F_1_4 = (A_1_4 + A0_0_4 * t_35) * dt;
+    const real F_1_5 = (A_1_5 + A0_0_5 * t_35) * dt;
+    const real t_36 = A_0_5 * A_1_5;
+    const real t_37 = A_0_4 * A_1_4;
+    const real t_38 = A_1_0 * q_0;
+    const real t_39 = A_0_5 * t_38;
+    const real t_40 = A_0_4 * t_38;
+    const real t_41 = A_1_5 + A_0_5 * t_35;
+    const real t_42 = q_0 * t_41;
+    const real t_43 = A_1_4 + A_0_4 * t_35;
+    const real t_44 = q_0 * t_43;
+    const real t_45 = R(0.5) * F_0_3;
+    const real Q_0_1 = dt * (t_30 * t_36 + t_30 * t_37 + t_31 * t_42 + t_32 * t_44 - t_38 * t_45) + t_26 * (q_1 * t_36 + q_1 * t_37 + A_0_0 * t_38 + t_24 * t_39 + t_25 * t_40);
+    const real A_2_0 = r_euler_1 * t_15;
+    const real A_2_1 = rn_sin(m_1) * t_12 / (t_14 * t_14);
+    const real t_46 = A_2_1 * t_8;
+    const real F_2_0 = dt * (A_2_0 * t_17 + A0_1_0 * t_46);
+    const real t_47 = A_2_0 * t_8;
+    const real F_2_1 = (A_2_1 + A0_0_1 * t_47) * dt;
+    const real F_2_3 = -(A_2_0 * t_33);
+    const real A_2_4 = -(A_1_5 * t_15);
+    const real F_2_4 = (A_2_4 + A0_1_4 * t_46 + A0_0_4 * t_47) * dt;
+    const real A_2_5 = -(t_10 * t_15);
+    const real F_2_5 = (A_2_5 + A0_1_5 * t_46 + A0_0_5 * t_47) * dt;
+    const real t_48 = A_2_5 * q_1;
+    const real t_49 = A_2_4 * q_1;
+    const real t_50 = A_0_5 * A_2_0 + A_1_5 * A_2_1;
+    const real t_51 = A_0_4 * A_2_0 + A_1_4 * A_2_1;
+    const real t_52 = A_2_0 * q_0;
+    const real t_53 = A_2_5 * t_30;
+    const real t_54 = A_2_4 * t_30;
+    const real t_55 = A_2_5 + t_8 * t_50;
+    const real t_56 = A_2_4 + t_8 * t_51;
+    const real Q_0_2 = (A_0_5 * t_53 + A_0_4 * t_54 + q_0 * t_31 * t_55 + q_0 * t_32 * t_56 - t_45 * t_52) * dt + t_26 * (A_0_5 * t_48 + A_0_4 * t_49 + q_0 * t_24 * t_50 + q_0 * t_25 * t_51 + A_0_0 * t_52);
+    const real T_0_2 = F_0_0 * P_0_2 + F_0_1 * P_1_2 + F_0_3 * P_2_3 + F_0_4 * P_2_4 + F_0_5 * P_2_5;
+    const real t_57 = R(0.5) * t_29;
+    const real Q_0_3 = -t_57;
+    const real Q_0_4 = A_0_4 * t_57;
+    const real Q_0_5 = A_0_5 * t_57;
+    const real t_58 = (A_1_5 * A_1_5) * q_1;
+    const real t_59 = (A_1_4 * A_1_4) * q_1;
+    const real t_60 = (A_1_0 * A_1_0) * q_0;
+    const real Q_1_1 = dt * (q_0 * (t_41 * t_41) + q_0 * (t_43 * t_43) + t_28 * t_58 + t_28 * t_59 + t_28 * t_60) + t_26 * (t_58 + t_59 + t_60 + t_20 * t_60 + t_22 * t_60);
+    const real T_1_0 = F_1_0 * P_0_0 + F_1_1 * P_0_1 + F_1_3 * P_0_3 + F_1_4 * P_0_4 + F_1_5 * P_0_5;
+    const real T_1_1 = F_1_0 * P_0_1 + F_1_1 * P_1_1 + F_1_3 * P_1_3 + F_1_4 * P_1_4 + F_1_5 * P_1_5;
+    const real T_1_3 = F_1_0 * P_0_3 + F_1_1 * P_1_3 + F_1_3 * P_3_3 + F_1_4 * P_3_4 + F_1_5 * P_3_5;
+    const real T_1_4 = F_1_0 * P_0_4 + F_1_1 * P_1_4 + F_1_3 * P_3_4 + F_1_4 * P_4_4 + F_1_5 * P_4_5;
+    const real T_1_5 = F_1_0 * P_0_5 + F_1_1 * P_1_5 + F_1_3 * P_3_5 + F_1_4 * P_4_5 + F_1_5 * P_5_5;
+    const real t_61 = A_1_0 * t_52;
+    const real Q_1_2 = dt * (A_1_5 * t_53 + A_1_4 * t_54 + t_42 * t_55 + t_44 * t_56 + t_28 * t_61) + t_26 * (A_1_5 * t_48 + A_1_4 * t_49 + t_39 * t_50 + t_40 * t_51 + t_61);
+    const real T_1_2 = F_1_0 * P_0_2 + F_1_1 * P_1_2 + F_1_3 * P_2_3 + F_1_4 * P_2_4 + F_1_5 * P_2_5;
+    const real Q_1_4 = A_1_4 * t_57;
+    const real Q_1_5 = A_1_5 * t_57;
+    const real t_62 = (A_2_5 * A_2_5) * q_1;
+    const real t_63 = (A_2_4 * A_2_4) * q_1;
+    const real t_64 = (A_2_0 * A_2_0) * q_0;
+    const real Q_2_2 = dt * (q_0 * (t_55 * t_55) + q_0 * (t_56 * t_56) + t_28 * t_62 + t_28 * t_63 + t_28 * t_64) + t_26 * (q_0 * (t_50 * t_50) + q_0 * (t_51 * t_51) + t_62 + t_63 + t_64);
+    const real T_2_0 = F_2_0 * P_0_0 + F_2_1 * P_0_1 + F_2_3 * P_0_3 + F_2_4 * P_0_4 + F_2_5 * P_0_5 + P_0_2;
+    const real T_2_1 = F_2_0 * P_0_1 + F_2_1 * P_1_1 + F_2_3 * P_1_3 + F_2_4 * P_1_4 + F_2_5 * P_1_5 + P_1_2;
+    const real T_2_2 = F_2_0 * P_0_2 + F_2_1 * P_1_2 + F_2_3 * P_2_3 + F_2_4 * P_2_4 + F_2_5 * P_2_5 + P_2_2;
+    const real T_2_3 = F_2_0 * P_0_3 + F_2_1 * P_1_3 + F_2_3 * P_3_3 + F_2_4 * P_3_4 + F_2_5 * P_3_5 + P_2_3;
+    const real T_2_4 = F_2_0 * P_0_4 + F_2_1 * P_1_4 + F_2_3 * P_3_4 + F_2_4 * P_4_4 + F_2_5 * P_4_5 + P_2_4;
+    const real T_2_5 = F_2_0 * P_0_5 + F_2_1 * P_1_5 + F_2_3 * P_3_5 + F_2_4 * P_4_5 + F_2_5 * P_5_5 + P_2_5;
+    const real Q_2_4 = A_2_4 * t_57;
+    const real Q_2_5 = A_2_5 * t_57;
+    const real Q_3_3 = dt * q_1;
+    x[0] = dt * r_euler_0 + s_euler_0;
+    x[1] = dt * r_euler_1 + s_euler_1;
+    x[2] = dt * r_euler_2 + s_euler_2;
+    x[3] = s_gyro_bias_0;
+    x[4] = s_gyro_bias_1;
+    x[5] = s_gyro_bias_2;
+    P[0] = F_0_0 * T_0_0 + F_0_1 * T_0_1 + F_0_3 * T_0_3 + F_0_4 * T_0_4 + F_0_5 * T_0_5 + Q_0_0;
+    P[1] = F_1_0 * T_0_0 + F_1_1 * T_0_1 + F_1_3 * T_0_3 + F_1_4 * T_0_4 + F_1_5 * T_0_5 + Q_0_1;
+    P[2] = F_2_0 * T_0_0 + F_2_1 * T_0_1 + F_2_3 * T_0_3 + F_2_4 * T_0_4 + F_2_5 * T_0_5 + Q_0_2 + T_0_2;
+    P[3] = Q_0_3 + T_0_3;
+    P[4] = Q_0_4 + T_0_4;
+    P[5] = Q_0_5 + T_0_5;
+    P[6] = F_1_0 * T_1_0 + F_1_1 * T_1_1 + F_1_3 * T_1_3 + F_1_4 * T_1_4 + F_1_5 * T_1_5 + Q_1_1;
+    P[7] = F_2_0 * T_1_0 + F_2_1 * T_1_1 + F_2_3 * T_1_3 + F_2_4 * T_1_4 + F_2_5 * T_1_5 + Q_1_2 + T_1_2;
+    P[8] = T_1_3;
+    P[9] = Q_1_4 + T_1_4;
+    P[10] = Q_1_5 + T_1_5;
+    P[11] = F_2_0 * T_2_0 + F_2_1 * T_2_1 + F_2_3 * T_2_3 + F_2_4 * T_2_4 + F_2_5 * T_2_5 + Q_2_2 + T_2_2;
+    P[12] = T_2_3;
+    P[13] = Q_2_4 + T_2_4;
+    P[14] = Q_2_5 + T_2_5;
+    P[15] = P_3_3 + Q_3_3;
+    P[16] = P_3_4;
+    P[17] = P_3_5;
+    P[18] = P_4_4 + Q_3_3;
+    P[19] = P_4_5;
+    P[20] = P_5_5 + Q_3_3;
+}
+
+RN_INLINE void rn_attitude_euler_transition(const real *x, const real *u, const real *q, const real *p, real dt, real *F, real *Q)
+{
+    RN_UNUSED(p);
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real A0_1_5 = rn_sin(s_euler_0);
+    const real t_0 = u_gyro_1 - s_gyro_bias_1;
+    const real t_1 = t_0 * A0_1_5;
+    const real t_2 = u_gyro_2 - s_gyro_bias_2;
+    const real t_3 = rn_cos(s_euler_0);
+    const real t_4 = t_2 * t_3;
+    const real A0_1_0 = -t_1 - t_4;
+    const real t_5 = t_1 + t_4;
+    const real t_6 = rn_tan(s_euler_1);
+    const real t_7 = u_gyro_0 - s_gyro_bias_0;
+    const real r0_euler_0 = t_5 * t_6 + t_7;
+    const real t_8 = R(0.5) * dt;
+    const real m_0 = s_euler_0 + r0_euler_0 * t_8;
+    const real A_1_5 = rn_sin(m_0);
+    const real t_9 = rn_cos(m_0);
+    const real r_euler_1 = t_0 * t_9 - A_1_5 * t_2;
+    const real r0_euler_1 = t_0 * t_3 - A0_1_5 * t_2;
+    const real m_1 = s_euler_1 + r0_euler_1 * t_8;
+    const real t_10 = rn_tan(m_1);
+    const real A_0_0 = t_10 * r_euler_1;
+    const real t_11 = t_0 * A_1_5;
+    const real t_12 = t_9 * t_2;
+    const real t_13 = t_11 + t_12;
+    const real A_0_1 = (R(1.0) + (t_10 * t_10)) * t_13;
+    const real t_14 = A_0_1 * t_8;
+    const real A0_0_0 = t_6 * r0_euler_1;
+    const real t_15 = R(1.0) + A0_0_0 * t_8;
+    const real F_0_0 = R(1.0) + dt * (A0_1_0 * t_14 + A_0_0 * t_15);
+    const real A0_0_1 = (R(1.0) + (t_6 * t_6)) * t_5;
+    const real t_16 = A_0_0 * t_8;
+    const real F_0_1 = (A_0_1 + A0_0_1 * t_16) * dt;
+    const real t_17 = -R(1.0) - t_16;
+    const real F_0_3 = dt * t_17;
+    const real A0_0_4 = -(A0_1_5 * t_6);
+    const real A0_1_4 = -t_3;
+    const real A_0_4 = -(A_1_5 * t_10);
+    const real F_0_4 = (A_0_4 + A0_1_4 * t_14 + A0_0_4 * t_16) * dt;
+    const real A0_0_5 = -(t_3 * t_6);
+    const real A_0_5 = -(t_9 * t_10);
+    const real F_0_5 = (A_0_5 + A0_1_5 * t_14 + A0_0_5 * t_16) * dt;
+    const real A_1_0 = -t_11 - t_12;
+    const real F_1_0 = A_1_0 * dt * t_15;
+    const real t_18 = dt * dt;
+    const real t_19 = R(0.5) * t_18;
+    const real t_20 = A_1_0 * t_19;
+    const real F_1_1 = R(1.0) + A0_0_1 * t_20;
+    const real F_1_3 = -t_20;
+    const real A_1_4 = -t_9;
+    const real t_21 = A_1_0 * t_8;
+    const real F_1_4 = (A_1_4 + A0_0_4 * t_21) * dt;
+    const real F_1_5 = (A_1_5 + A0_0_5 * t_21) * dt;
+    const real t_22 = rn_cos(m_1);
+    const real t_23 = R(1.0) / t_22;
+    const real A_2_0 = r_euler_1 * t_23;
+    const real A_2_1 = rn_sin(m_1) * t_13 / (t_22 * t_22);
+    const real t_24 = A_2_1 * t_8;
+    const real F_2_0 = dt * (A_2_0 * t_15 + A0_1_0 * t_24);
+    const real t_25 = A_2_0 * t_8;
+    const real F_2_1 = (A_2_1 + A0_0_1 * t_25) * dt;
+    const real F_2_3 = -(A_2_0 * t_19);
+    const real A_2_4 = -(A_1_5 * t_23);
+    const real F_2_4 = (A_2_4 + A0_1_4 * t_24 + A0_0_4 * t_25) * dt;
+    const real A_2_5 = -(t_9 * t_23);
+    const real F_2_5 = (A_2_5 + A0_1_5 * t_24 + A0_0_5 * t_25) * dt;
+    const real t_26 = A_0_5 * A_0_5;
+    const real t_27 = q_1 * t_26;
+    const real t_28 = A_0_4 * A_0_4;
+    const real t_29 = q_1 * t_28;
+    const real t_30 = A_0_0 * A_0_5 + A_0_1 * A_1_5;
+    const real t_31 = A_0_0 * A_0_4 + A_0_1 * A_1_4;
+    const real t_32 = R(0.08333333333333333) * (dt * dt * dt);
+    const real t_33 = R(0.25) * t_18;
+    const real t_34 = q_1 * t_33;
+    const real t_35 = A_0_5 + t_8 * t_30;
+    const real t_36 = A_0_4 + t_8 * t_31;
+    const real Q_0_0 = dt * (q_0 * (t_17 * t_17) + t_27 * t_33 + t_29 * t_33 + t_34 + q_0 * (t_35 * t_35) + q_0 * (t_36 * t_36)) + ((A_0_0 * A_0_0) * q_0 + q_1 + t_27 + t_29 + q_0 * (t_30 * t_30) + q_0 * (t_31 * t_31)) * t_32;
+    const real t_37 = A_1_5 * q_1;
+    const real t_38 = A_0_5 * t_37;
+    const real t_39 = A_1_4 * q_1;
+    const real t_40 = A_0_4 * t_39;
+    const real t_41 = q_0 * t_30;
+    const real t_42 = A_0_5 * A_1_0;
+    const real t_43 = A_1_0 * q_0;
+    const real t_44 = A_1_5 + t_8 * t_42;
+    const real t_45 = A_0_4 * A_1_0;
+    const real t_46 = A_1_4 + t_8 * t_45;
+    const real t_47 = q_0 * t_46;
+    const real t_48 = R(0.5) * F_0_3;
+    const real Q_0_1 = dt * (t_33 * t_38 + t_33 * t_40 + q_0 * t_35 * t_44 + t_36 * t_47 - t_43 * t_48) + t_32 * (t_38 + t_40 + t_41 * t_42 + A_0_0 * t_43 + A_0_4 * t_31 * t_43);
+    const real t_49 = A_0_5 * A_2_5;
+    const real t_50 = A_0_4 * A_2_4;
+    const real t_51 = A_0_5 * A_2_0 + A_1_5 * A_2_1;
+    const real t_52 = A_0_4 * A_2_0 + A_1_4 * A_2_1;
+    const real t_53 = q_0 * t_52;
+    const real t_54 = A_2_0 * q_0;
+    const real t_55 = A_2_5 + t_8 * t_51;
+    const real t_56 = q_0 * t_55;
+    const real t_57 = A_2_4 + t_8 * t_52;
+    const real Q_0_2 = dt * (t_34 * t_49 + t_34 * t_50 + t_35 * t_56 + q_0 * t_36 * t_57 - t_48 * t_54) + t_32 * (q_1 * t_49 + q_1 * t_50 + t_41 * t_51 + t_31 * t_53 + A_0_0 * t_54);
+    const real t_58 = q_1 * t_19;
+    const real Q_0_3 = -t_58;
+    const real Q_0_4 = A_0_4 * t_58;
+    const real Q_0_5 = A_0_5 * t_58;
+    const real t_59 = (A_1_5 * A_1_5) * q_1;
+    const real t_60 = (A_1_4 * A_1_4) * q_1;
+    const real t_61 = (A_1_0 * A_1_0) * q_0;
+    const real Q_1_1 = dt * (q_0 * (t_44 * t_44) + q_0 * (t_46 * t_46) + t_33 * t_59 + t_33 * t_60 + t_33 * t_61) + t_32 * (t_59 + t_60 + t_61 + t_26 * t_61 + t_28 * t_61);
+    const real t_62 = A_2_5 * t_37;
+    const real t_63 = A_2_4 * t_39;
+    const real t_64 = A_1_0 * t_54;
+    const real Q_1_2 = dt * (t_44 * t_56 + t_47 * t_57 + t_33 * t_62 + t_33 * t_63 + t_33 * t_64) + t_32 * (A_0_5 * t_43 * t_51 + t_45 * t_53 + t_62 + t_63 + t_64);
+    const real Q_1_4 = t_19 * t_39;
+    const real Q_1_5 = t_19 * t_37;
+    const real t_65 = (A_2_5 * A_2_5) * q_1;
+    const real t_66 = (A_2_4 * A_2_4) * q_1;
+    const real t_67 = (A_2_0 * A_2_0) * q_0;
+    const real Q_2_2 = dt * (q_0 * (t_55 * t_55) + q_0 * (t_57 * t_57) + t_33 * t_65 + t_33 * t_66 + t_33 * t_67) + t_32 * (q_0 * (t_51 * t_51) + q_0 * (t_52 * t_52) + t_65 + t_66 + t_67);
+    const real Q_2_4 = A_2_4 * t_58;
+    const real Q_2_5 = A_2_5 * t_58;
+    const real Q_3_3 = dt * q_1;
+    F[0] = F_0_0;
+    F[1] = F_0_1;
+    F[2] = R(0.0);
+    F[3] = F_0_3;
+    F[4] = F_0_4;
+    F[5] = F_0_5;
+    F[6] = F_1_0;
+    F[7] = F_1_1;
+    F[8] = R(0.0);
+    F[9] = F_1_3;
+    F[10] = F_1_4;
+    F[11] = F_1_5;
+    F[12] = F_2_0;
+    F[13] = F_2_1;
+    F[14] = R(1.0);
+    F[15] = F_2_3;
+    F[16] = F_2_4;
+    F[17] = F_2_5;
+    F[18] = R(0.0);
+    F[19] = R(0.0);
+    F[20] = R(0.0);
+    F[21] = R(1.0);
+    F[22] = R(0.0);
+    F[23] = R(0.0);
+    F[24] = R(0.0);
+    F[25] = R(0.0);
+    F[26] = R(0.0);
+    F[27] = R(0.0);
+    F[28] = R(1.0);
+    F[29] = R(0.0);
+    F[30] = R(0.0);
+    F[31] = R(0.0);
+    F[32] = R(0.0);
+    F[33] = R(0.0);
+    F[34] = R(0.0);
+    F[35] = R(1.0);
+    Q[0] = Q_0_0;
+    Q[1] = Q_0_1;
+    Q[2] = Q_0_2;
+    Q[3] = Q_0_3;
+    Q[4] = Q_0_4;
+    Q[5] = Q_0_5;
+    Q[6] = Q_0_1;
+    Q[7] = Q_1_1;
+    Q[8] = Q_1_2;
+    Q[9] = R(0.0);
+    Q[10] = Q_1_4;
+    Q[11] = Q_1_5;
+    Q[12] = Q_0_2;
+    Q[13] = Q_1_2;
+    Q[14] = Q_2_2;
+    Q[15] = R(0.0);
+    Q[16] = Q_2_4;
+    Q[17] = Q_2_5;
+    Q[18] = Q_0_3;
+    Q[19] = R(0.0);
+    Q[20] = R(0.0);
+    Q[21] = Q_3_3;
+    Q[22] = R(0.0);
+    Q[23] = R(0.0);
+    Q[24] = Q_0_4;
+    Q[25] = Q_1_4;
+    Q[26] = Q_2_4;
+    Q[27] = R(0.0);
+    Q[28] = Q_3_3;
+    Q[29] = R(0.0);
+    Q[30] = Q_0_5;
+    Q[31] = Q_1_5;
+    Q[32] = Q_2_5;
+    Q[33] = R(0.0);
+    Q[34] = R(0.0);
+    Q[35] = Q_3_3;
+}
+
+RN_INLINE void rn_attitude_euler_inject(real *x, const real *e)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real e_0 = e[0];
+    const real e_1 = e[1];
+    const real e_2 = e[2];
+    const real e_3 = e[3];
+    const real e_4 = e[4];
+    const real e_5 = e[5];
+    x[0] = e_0 + s_euler_0;
+    x[1] = e_1 + s_euler_1;
+    x[2] = e_2 + s_euler_2;
+    x[3] = e_3 + s_gyro_bias_0;
+    x[4] = e_4 + s_gyro_bias_1;
+    x[5] = e_5 + s_gyro_bias_2;
+}
+
+RN_INLINE void rn_attitude_euler_inject_turned(real *x, const real *e)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real e_0 = e[0];
+    const real e_1 = e[1];
+    const real e_2 = e[2];
+    const real e_3 = e[3];
+    const real e_4 = e[4];
+    const real e_5 = e[5];
+    x[0] = e_0 + s_euler_0;
+    x[1] = e_1 + s_euler_1;
+    x[2] = e_2 + s_euler_2;
+    x[3] = e_3 + s_gyro_bias_0;
+    x[4] = e_4 + s_gyro_bias_1;
+    x[5] = e_5 + s_gyro_bias_2;
+}
+
+RN_INLINE void rn_attitude_euler_difference(const real *a, const real *b, real *e)
+{
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real a_4 = a[4];
+    const real a_5 = a[5];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    const real b_4 = b[4];
+    const real b_5 = b[5];
+    e[0] = a_0 - b_0;
+    e[1] = a_1 - b_1;
+    e[2] = a_2 - b_2;
+    e[3] = a_3 - b_3;
+    e[4] = a_4 - b_4;
+    e[5] = a_5 - b_5;
+}
+
+RN_INLINE void rn_attitude_euler_measure_accel(const real *x, const real *p, real *h)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real p_gravity = p[0];
+    const real t_0 = rn_cos(s_euler_1) * p_gravity;
+    h[0] = p_gravity * rn_sin(s_euler_1);
+    h[1] = -(rn_sin(s_euler_0) * t_0);
+    h[2] = -(rn_cos(s_euler_0) * t_0);
+}
+
+RN_INLINE void rn_attitude_euler_residual_accel(const real *x, const real *z, const real *p, real *r)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real p_gravity = p[0];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = rn_cos(s_euler_1) * p_gravity;
+    r[0] = z_0 - p_gravity * rn_sin(s_euler_1);
+    r[1] = rn_sin(s_euler_0) * t_0 + z_1;
+    r[2] = rn_cos(s_euler_0) * t_0 + z_2;
+}
+
+RN_INLINE void rn_attitude_euler_jacobian_accel(const real *x, const real *p, real *H)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real p_gravity = p[0];
+    const real t_0 = rn_cos(s_euler_1) * p_gravity;
+    const real t_1 = rn_cos(s_euler_0);
+    const real t_2 = rn_sin(s_euler_0);
+    const real t_3 = p_gravity * rn_sin(s_euler_1);
+    H[0] = R(0.0);
+    H[1] = t_0;
+    H[2] = R(0.0);
+    H[3] = R(0.0);
+    H[4] = R(0.0);
+    H[5] = R(0.0);
+    H[6] = -(t_0 * t_1);
+    H[7] = t_2 * t_3;
+    H[8] = R(0.0);
+    H[9] = R(0.0);
+    H[10] = R(0.0);
+    H[11] = R(0.0);
+    H[12] = t_0 * t_2;
+    H[13] = t_1 * t_3;
+    H[14] = R(0.0);
+    H[15] = R(0.0);
+    H[16] = R(0.0);
+    H[17] = R(0.0);
+}
+
+RN_INLINE int rn_attitude_euler_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real p_gravity = p[0];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = p_gravity * rn_sin(s_euler_1);
+    const real t_1 = rn_sin(s_euler_0);
+    const real t_2 = rn_cos(s_euler_1) * p_gravity;
+    const real t_3 = t_1 * t_2;
+    const real t_4 = rn_cos(s_euler_0);
+    const real t_5 = t_2 * t_4;
+    const real r_0 = z_0 - t_0;
+    const real r_1 = t_3 + z_1;
+    const real r_2 = t_5 + z_2;
+    const real H_0_1 = t_2;
+    const real H_1_0 = -t_5;
+    const real H_1_1 = t_0 * t_1;
+    const real H_2_0 = t_3;
+    const real H_2_1 = t_0 * t_4;
+    int refused = 0;
+    for (int i = 0; i < 6; i++) dx[i] = R(0.0);
+    {
+        const real PH[6] = {H_0_1 * P[1], H_0_1 * P[6], H_0_1 * P[7], H_0_1 * P[8], H_0_1 * P[9], H_0_1 * P[10]};
+        s[0] = variance + H_0_1 * PH[1];
+        nu[0] = r_0 - (H_0_1 * dx[1]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0]);
+    }
+    {
+        const real PH[6] = {H_1_0 * P[0] + H_1_1 * P[1], H_1_0 * P[1] + H_1_1 * P[6], H_1_0 * P[2] + H_1_1 * P[7], H_1_0 * P[3] + H_1_1 * P[8], H_1_0 * P[4] + H_1_1 * P[9], H_1_0 * P[5] + H_1_1 * P[10]};
+        s[1] = variance + H_1_0 * PH[0] + H_1_1 * PH[1];
+        nu[1] = r_1 - (H_1_0 * dx[0] + H_1_1 * dx[1]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1]);
+    }
+    {
+        const real PH[6] = {H_2_0 * P[0] + H_2_1 * P[1], H_2_0 * P[1] + H_2_1 * P[6], H_2_0 * P[2] + H_2_1 * P[7], H_2_0 * P[3] + H_2_1 * P[8], H_2_0 * P[4] + H_2_1 * P[9], H_2_0 * P[5] + H_2_1 * P[10]};
+        s[2] = variance + H_2_0 * PH[0] + H_2_1 * PH[1];
+        nu[2] = r_2 - (H_2_0 * dx[0] + H_2_1 * dx[1]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2]);
+    }
+    return refused;
+}
+
+RN_INLINE void rn_attitude_euler_measure_mag(const real *x, const real *p, real *h)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real t_0 = rn_cos(s_euler_2);
+    const real t_1 = rn_cos(s_euler_1);
+    const real t_2 = rn_sin(s_euler_1);
+    const real t_3 = rn_sin(s_euler_0);
+    const real t_4 = p_mag_down * t_1;
+    const real t_5 = t_0 * t_2;
+    const real t_6 = rn_sin(s_euler_2);
+    const real t_7 = rn_cos(s_euler_0);
+    h[0] = p_mag_north * t_0 * t_1 - p_mag_down * t_2;
+    h[1] = p_mag_north * (t_3 * t_5 - t_6 * t_7) + t_3 * t_4;
+    h[2] = p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7;
+}
+
+RN_INLINE void rn_attitude_euler_residual_mag(const real *x, const real *z, const real *p, real *r)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = rn_cos(s_euler_2);
+    const real t_1 = rn_cos(s_euler_1);
+    const real t_2 = rn_sin(s_euler_1);
+    const real t_3 = rn_sin(s_euler_0);
+    const real t_4 = p_mag_down * t_1;
+    const real t_5 = t_0 * t_2;
+    const real t_6 = rn_sin(s_euler_2);
+    const real t_7 = rn_cos(s_euler_0);
+    r[0] = z_0 - ((p_mag_north * t_0 * t_1 - p_mag_down * t_2));
+    r[1] = z_1 - ((p_mag_north * (t_3 * t_5 - t_6 * t_7) + t_3 * t_4));
+    r[2] = z_2 - ((p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7));
+}
+
+RN_INLINE void rn_attitude_euler_jacobian_mag(const real *x, const real *p, real *H)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real t_0 = rn_cos(s_euler_1);
+    const real t_1 = p_mag_down * t_0;
+    const real t_2 = rn_sin(s_euler_1);
+    const real t_3 = rn_cos(s_euler_2);
+    const real t_4 = rn_sin(s_euler_2);
+    const real t_5 = p_mag_north * t_0;
+    const real t_6 = rn_sin(s_euler_0);
+    const real t_7 = t_4 * t_6;
+    const real t_8 = rn_cos(s_euler_0);
+    const real t_9 = t_3 * t_8;
+    const real t_10 = t_3 * t_6;
+    const real t_11 = p_mag_down * t_2;
+    const real t_12 = t_4 * t_8;
+    H[0] = R(0.0);
+    H[1] = -t_1 - p_mag_north * t_2 * t_3;
+    H[2] = -(t_4 * t_5);
+    H[3] = R(0.0);
+    H[4] = R(0.0);
+    H[5] = R(0.0);
+    H[6] = p_mag_north * (t_2 * t_9 + t_7) + t_1 * t_8;
+    H[7] = t_10 * t_5 - t_11 * t_6;
+    H[8] = (-t_2 * t_7 - t_9) * p_mag_north;
+    H[9] = R(0.0);
+    H[10] = R(0.0);
+    H[11] = R(0.0);
+    H[12] = p_mag_north * (t_12 - t_10 * t_2) - t_1 * t_6;
+    H[13] = t_5 * t_9 - t_11 * t_8;
+    H[14] = p_mag_north * (t_10 - t_12 * t_2);
+    H[15] = R(0.0);
+    H[16] = R(0.0);
+    H[17] = R(0.0);
+}
+
+RN_INLINE int rn_attitude_euler_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = rn_cos(s_euler_1);
+    const real t_1 = rn_cos(s_euler_2);
+    const real t_2 = p_mag_north * t_1;
+    const real t_3 = rn_sin(s_euler_1);
+    const real t_4 = p_mag_down * t_3;
+    const real t_5 = rn_sin(s_euler_0);
+    const real t_6 = p_mag_down * t_0;
+    const real t_7 = t_5 * t_6;
+    const real t_8 = t_1 * t_5;
+    const real t_9 = t_3 * t_8;
+    const real t_10 = rn_sin(s_euler_2);
+    const real t_11 = rn_cos(s_euler_0);
+    const real t_12 = t_10 * t_11;
+    const real t_13 = t_1 * t_11;
+    const real t_14 = t_10 * t_5;
+    const real t_15 = p_mag_north * (t_14 + t_13 * t_3) + t_11 * t_6;
+    const real t_16 = p_mag_north * t_0;
+    const real r_0 = z_0 - ((t_0 * t_2 - t_4));
+    const real r_1 = z_1 - (((t_9 - t_12) * p_mag_north + t_7));
+    const real r_2 = z_2 - t_15;
+    const real H_0_1 = -t_2 * t_3 - t_6;
+    const real H_0_2 = -(t_10 * t_16);
+    const real H_1_0 = t_15;
+    const real H_1_1 = t_16 * t_8 - t_4 * t_5;
+    const real H_1_2 = (-t_13 - t_14 * t_3) * p_mag_north;
+    const real H_2_0 = p_mag_north * (t_12 - t_9) - t_7;
+    const real H_2_1 = t_13 * t_16 - t_11 * t_4;
+    const real H_2_2 = p_mag_north * (t_8 - t_12 * t_3);
+    int refused = 0;
+    for (int i = 0; i < 6; i++) dx[i] = R(0.0);
+    {
+        const real PH[6] = {H_0_1 * P[1] + H_0_2 * P[2], H_0_1 * P[6] + H_0_2 * P[7], H_0_1 * P[7] + H_0_2 * P[11], H_0_1 * P[8] + H_0_2 * P[12], H_0_1 * P[9] + H_0_2 * P[13], H_0_1 * P[10] + H_0_2 * P[14]};
+        s[0] = variance + H_0_1 * PH[1] + H_0_2 * PH[2];
+        nu[0] = r_0 - (H_0_1 * dx[1] + H_0_2 * dx[2]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0]);
+    }
+    {
+        const real PH[6] = {H_1_0 * P[0] + H_1_1 * P[1] + H_1_2 * P[2], H_1_0 * P[1] + H_1_1 * P[6] + H_1_2 * P[7], H_1_0 * P[2] + H_1_1 * P[7] + H_1_2 * P[11], H_1_0 * P[3] + H_1_1 * P[8] + H_1_2 * P[12], H_1_0 * P[4] + H_1_1 * P[9] + H_1_2 * P[13], H_1_0 * P[5] + H_1_1 * P[10] + H_1_2 * P[14]};
+        s[1] = variance + H_1_0 * PH[0] + H_1_1 * PH[1] + H_1_2 * PH[2];
+        nu[1] = r_1 - (H_1_0 * dx[0] + H_1_1 * dx[1] + H_1_2 * dx[2]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1]);
+    }
+    {
+        const real PH[6] = {H_2_0 * P[0] + H_2_1 * P[1] + H_2_2 * P[2], H_2_0 * P[1] + H_2_1 * P[6] + H_2_2 * P[7], H_2_0 * P[2] + H_2_1 * P[7] + H_2_2 * P[11], H_2_0 * P[3] + H_2_1 * P[8] + H_2_2 * P[12], H_2_0 * P[4] + H_2_1 * P[9] + H_2_2 * P[13], H_2_0 * P[5] + H_2_1 * P[10] + H_2_2 * P[14]};
+        s[2] = variance + H_2_0 * PH[0] + H_2_1 * PH[1] + H_2_2 * PH[2];
+        nu[2] = r_2 - (H_2_0 * dx[0] + H_2_1 * dx[1] + H_2_2 * dx[2]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2]);
+    }
+    return refused;
+}
+
+RN_INLINE void rn_attitude_euler_gain(const real *K, const real *r, real *e)
+{
+    e[0] = K[0] * r[0] + K[1] * r[1] + K[2] * r[2] + K[3] * r[3] + K[4] * r[4] + K[5] * r[5];
+    e[1] = K[6] * r[0] + K[7] * r[1] + K[8] * r[2] + K[9] * r[3] + K[10] * r[4] + K[11] * r[5];
+    e[2] = K[12] * r[0] + K[13] * r[1] + K[14] * r[2] + K[15] * r[3] + K[16] * r[4] + K[17] * r[5];
+    e[3] = K[18] * r[0] + K[19] * r[1] + K[20] * r[2] + K[21] * r[3] + K[22] * r[4] + K[23] * r[5];
+    e[4] = K[24] * r[0] + K[25] * r[1] + K[26] * r[2] + K[27] * r[3] + K[28] * r[4] + K[29] * r[5];
+    e[5] = K[30] * r[0] + K[31] * r[1] + K[32] * r[2] + K[33] * r[3] + K[34] * r[4] + K[35] * r[5];
+}
+
+static const RN(sensor) rn_attitude_euler_sensors[] = {
+    {"accel", 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_update_accel},
+    {"mag", 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_update_mag}};
+static const RN(model) rn_attitude_euler_model = {
+    RN_ABI, (int)sizeof(real), "attitude_euler", 6, 6, 3, 2, 3, 2, rn_attitude_euler_sensors,
+    rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_gain};
+
+#endif

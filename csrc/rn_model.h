@@ -1,0 +1,48 @@
+/* What generated code says of a model: sizes and functions.  All arrays are caller-owned.
+ *
+ * x: state, nx numbers; e: error, ne numbers; u: input; p: parameters; q: noise intensities, one per noise block
+ * [unit^2/Hz, two-sided]; P: covariance of the error, upper triangle by rows, ne(ne+1)/2 numbers.
+ * Residuals are measured minus predicted; `rows` is how many scalar rows a sensor is fused as. */
+#ifndef RN_MODEL_H
+#define RN_MODEL_H
+
+#include "rn_real.h"
+
+#define RN_ABI 1
+#define RN_MAX_STATE 48
+#define RN_MAX_INPUT 16
+#define RN_MAX_PARAMETERS 32
+#define RN_MAX_NOISES 16
+#define RN_MAX_SENSORS 8
+#define RN_MAX_ROWS 8
+#define RN_PACKED(n) ((n) * ((n) + 1) / 2)
+
+typedef struct {
+    const char *name;
+    int size; /* numbers in a reading */
+    int rows; /* scalar rows it is fused as */
+    void (*measure)(const real *x, const real *p, real *h);                      /* h: size */
+    void (*residual)(const real *x, const real *z, const real *p, real *r);      /* r: rows */
+    void (*jacobian)(const real *x, const real *p, real *H);                     /* H: rows x ne */
+    /* Sequential scalar updates of P; dx (ne) accumulates the error to inject; nu, s: rows.
+     * Returns the number of rows refused because their innovation variance was not positive definite. */
+    int (*update)(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s);
+} RN(sensor);
+
+typedef struct {
+    int abi;
+    int real_bytes;
+    const char *name;
+    int nx, ne, nu, nq, np, nsensors;
+    const RN(sensor) * sensors;
+    void (*propagate)(real *x, const real *u, const real *p, real dt);
+    void (*predict)(real *x, real *P, const real *u, const real *q, const real *p, real dt);
+    /* F (ne x ne) and Q (ne x ne) of the step that starts at x */
+    void (*transition)(const real *x, const real *u, const real *q, const real *p, real dt, real *F, real *Q);
+    void (*inject)(real *x, const real *e);                      /* x <- x [+] e */
+    void (*inject_turned)(real *x, const real *e);               /* the same, body vectors of e given in n */
+    void (*difference)(const real *a, const real *b, real *e);   /* e = a [-] b */
+    void (*gain)(const real *K, const real *r, real *e);         /* e = K r over the gain's structural non-zeros */
+} RN(model);
+
+#endif

@@ -1,0 +1,22 @@
+/* The scalar update every covariance filter shares: packed, symmetric by construction. */
+#ifndef RN_UPDATE_H
+#define RN_UPDATE_H
+
+#include "rn_real.h"
+
+/* PH = P h', s = h PH + variance, nu the residual left after what dx already explains.
+ * Returns 1 and leaves everything alone when s is NaN or has lost definiteness (0.999: margin for rounding). */
+RN_INLINE int rn_scalar_update(real *P, real *dx, const real *PH, int n, real s, real variance, real nu)
+{
+    if (!(s > R(0.999) * variance)) return 1;
+    const real inverse = R(1.0) / s;
+    int k = 0;
+    for (int i = 0; i < n; i++) {
+        const real gain = PH[i] * inverse;
+        dx[i] += gain * nu;
+        for (int j = i; j < n; j++) P[k++] -= gain * PH[j];
+    }
+    return 0;
+}
+
+#endif

@@ -1,0 +1,265 @@
+"""The C header of a model: every function of ``csrc/rn_model.h``, derived, shared-subexpression-reduced and unrolled."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from robustnav.model.blocks import Model, Rotation, Sensor
+from robustnav.model.derive import Derivation, Exprs, Rows, matrix, product, quat_product, skew, transpose
+from robustnav.model.discretize import Step
+from robustnav.model.pattern import gain_pattern
+from robustnav.model.program import Program
+
+Outputs = list[tuple[str, Any]]
+
+
+def packed(i: int, j: int, n: int) -> int:
+    """Return where P[i, j] lies in the upper triangle stored by rows."""
+    i, j = min(i, j), max(i, j)
+    return i * (2 * n - i - 1) // 2 + j
+
+
+def model_header(model: Model) -> str:
+    """Return the generated C header of a model.
+
+    Raises
+    ------
+    MissingExtra : SymPy or symengine is not installed.
+    InputError : an expression has no C form, or the equations do not fit the blocks.
+    """
+    return _Generator(model).header()
+
+
+class _Generator:
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.derivation = Derivation(model)
+        self.n = model.error_size
+        self.reads = {
+            **{str(s): f"x[{i}]" for i, s in enumerate(self.derivation.x)},
+            **{str(s): f"u[{i}]" for i, s in enumerate(self.derivation.u)},
+            **{str(s): f"p[{i}]" for i, s in enumerate(self.derivation.p)},
+            **{f"q_{i}": f"q[{i}]" for i in range(len(model.noises))},
+            **{f"P_{i}_{j}": f"P[{packed(i, j, self.n)}]" for i in range(self.n) for j in range(i, self.n)},
+            **{f"e_{i}": f"e[{i}]" for i in range(self.n)},
+            **{f"a_{i}": f"a[{i}]" for i in range(model.state_size)},
+            **{f"b_{i}": f"b[{i}]" for i in range(model.state_size)},
+            **{f"z_{i}": f"z[{i}]" for i in range(max([s.size for s in model.sensors], default=0))},
+        }
+
+    def header(self) -> str:
+        """Put the whole file together."""
+        guard = f"RN_GENERATED_{self.model.name.upper()}_H"
+        parts = [
+            f"/* Generated from the model {self.model.name!r}; do not edit: make generate. */\n"
+            f"/* clang-format off */\n#ifndef {guard}\n#define {guard}\n"
+            '#include "rn_model.h"\n#include "rn_update.h"\n\n' + self._describe(),
+            self._propagate(),
+            self._predict(),
+            self._transition(),
+            self._inject("inject", turned=False),
+            self._inject("inject_turned", turned=True),
+            self._difference(),
+        ]
+        for sensor in self.model.sensors:
+            parts += [self._measure(sensor), self._residual(sensor), self._jacobian(sensor), self._update(sensor)]
+        parts += [self._gain(), self._table(), "#endif"]
+        return "\n".join(parts) + "\n"
+
+    def _describe(self) -> str:
+        lines = ["/* state, error (quaternions: small rotation, rad), input, parameters:"]
+        for block in self.model.state:
+            x, e = self.model.state_slices[block.name], self.model.error_slices[block.name]
+            kind = f", error in {block.error}" if isinstance(block, Rotation) else ""
+            lines.append(f" *   x[{x.start}..{x.stop - 1}], e[{e.start}..{e.stop - 1}]  {block.name} [{block.unit}]{kind}")
+        start = 0
+        for block in self.model.inputs:
+            lines.append(f" *   u[{start}..{start + block.size - 1}]  {block.name} [{block.unit}]")
+            start += block.size
+        lines += [f" *   p[{i}]  {name}" for i, name in enumerate(self.model.parameters)]
+        lines += [f" *   q[{i}]  intensity of {n.name} [({n.unit})^2]" for i, n in enumerate(self.model.noises)]
+        return "\n".join(lines) + " */\n"
+
+    def _function(self, name: str, signature: str, program: Program, outputs: Outputs, tail: Sequence[str] = ()) -> str:
+        """One C function: inputs read first, outputs stored last, unused arguments named."""
+        body = program.statements(outputs)
+        text = "\n".join([*(line.split(" = ", 1)[1] for line in body), *tail])
+        used = [s for s in self.reads if re.search(rf"\b{s}\b", text)]
+        lines = [f"const real {s} = {self.reads[s]};" for s in used] + body + list(tail)
+        whole = "\n".join(lines)
+        arguments = re.findall(r"(\w+)(?:,|$)", signature)
+        unused = [f"RN_UNUSED({a});" for a in arguments if not re.search(rf"\b{a}\b", whole)]
+        kind = "int" if any(line.startswith("return") for line in tail) else "void"
+        head = f"RN_INLINE {kind} rn_{self.model.name}_{name}({signature})\n{{\n"
+        return head + "".join(f"    {line}\n" for line in [*unused, *lines]) + "}\n"
+
+    def _step(self) -> tuple[Program, Step]:
+        import symengine as se
+
+        program = Program()
+        return program, Step(self.derivation, program, se.Symbol("dt"))
+
+    def _propagate(self) -> str:
+        program, step = self._step()
+        outputs = [(f"x[{i}]", e) for i, e in enumerate(step.state)]
+        return self._function("propagate", "real *x, const real *u, const real *p, real dt", program, outputs)
+
+    def _predict(self) -> str:
+        import symengine as se
+
+        program, step = self._step()
+        P = [[se.Symbol(f"P_{min(i, j)}_{max(i, j)}") for j in range(self.n)] for i in range(self.n)]
+        new = step.covariance(P)
+        outputs = [(f"x[{i}]", e) for i, e in enumerate(step.state)]
+        outputs += [(f"P[{packed(i, j, self.n)}]", new[i][j]) for i in range(self.n) for j in range(i, self.n)]
+        signature = "real *x, real *P, const real *u, const real *q, const real *p, real dt"
+        return self._function("predict", signature, program, outputs)
+
+    def _transition(self) -> str:
+        program, step = self._step()
+        F, Q = step.transition()
+        outputs = _store("F", F) + _store("Q", Q)
+        signature = "const real *x, const real *u, const real *q, const real *p, real dt, real *F, real *Q"
+        return self._function("transition", signature, program, outputs)
+
+    def _inject(self, name: str, *, turned: bool) -> str:
+        import symengine as se
+
+        program, x, outputs = Program(), self.derivation.x, []
+        rotation = self.model.rotation
+        turned = turned and rotation is not None and rotation.error == "n"
+        for block in self.model.state:
+            rows, columns = self.model.state_slices[block.name], self.model.error_slices[block.name]
+            e = [se.Symbol(f"e_{i}") for i in range(columns.start, columns.stop)]
+            if isinstance(block, Rotation):
+                new = _inject_quaternion(program, x[rows], e, block.error)
+            elif turned and block.frame == "b":
+                C_bn = transpose(matrix(self.derivation.quaternion(x)))
+                new = [a + r[0] for a, r in zip(x[rows], product(C_bn, [[v] for v in e]), strict=True)]
+            else:
+                new = [a + v for a, v in zip(x[rows], e, strict=True)]
+            outputs += [(f"x[{rows.start + i}]", v) for i, v in enumerate(new)]
+        return self._function(name, "real *x, const real *e", program, outputs)
+
+    def _difference(self) -> str:
+        import symengine as se
+
+        program, outputs = Program(), []
+        for block in self.model.state:
+            rows, columns = self.model.state_slices[block.name], self.model.error_slices[block.name]
+            a = [se.Symbol(f"a_{i}") for i in range(rows.start, rows.stop)]
+            b = [se.Symbol(f"b_{i}") for i in range(rows.start, rows.stop)]
+            if isinstance(block, Rotation):
+                inverse = [b[0], -b[1], -b[2], -b[3]]
+                d = quat_product(a, inverse) if block.error == "n" else quat_product(inverse, a)
+                w = program.let("half_w", d[0] / 2)
+                values = [v / w for v in d[1:]]
+            else:
+                values = [p - m for p, m in zip(a, b, strict=True)]
+            outputs += [(f"e[{columns.start + i}]", v) for i, v in enumerate(values)]
+        return self._function("difference", "const real *a, const real *b, real *e", program, outputs)
+
+    def _rows(self, sensor: Sensor) -> tuple[Exprs, Rows]:
+        """Return the residual rows a sensor is fused as and their Jacobian, rows that see nothing left out."""
+        import symengine as se
+
+        z = [se.Symbol(f"z_{i}") for i in range(sensor.size)]
+        if self.derivation.in_navigation(sensor.name):
+            v = self.derivation.directions[sensor.name]
+            C = matrix(self.derivation.quaternion(self.derivation.x))
+            r = [e[0] - w for e, w in zip(product(C, [[e] for e in z]), v, strict=True)]
+            H = [[se.Integer(0)] * self.n for _ in range(3)]
+            rotation = self.model.rotation
+            start = self.model.error_slices[rotation.name].start if rotation else 0
+            for i, row in enumerate(skew(v)):
+                H[i][start : start + 3] = [se.sympify(e) for e in row]
+        else:
+            h = self.derivation.h[sensor.name]
+            r, H = [a - b for a, b in zip(z, h, strict=True)], self.derivation.on_error(h)
+            if sensor.wraps:
+                r = [se.Function("rn_wrap")(e) for e in r]
+        keep = [i for i, row in enumerate(H) if any(e != 0 for e in row)]
+        return [r[i] for i in keep], [H[i] for i in keep]
+
+    def _measure(self, sensor: Sensor) -> str:
+        outputs = [(f"h[{i}]", e) for i, e in enumerate(self.derivation.h[sensor.name])]
+        return self._function(f"measure_{sensor.name}", "const real *x, const real *p, real *h", Program(), outputs)
+
+    def _residual(self, sensor: Sensor) -> str:
+        r, _ = self._rows(sensor)
+        outputs = [(f"r[{i}]", e) for i, e in enumerate(r)]
+        signature = "const real *x, const real *z, const real *p, real *r"
+        return self._function(f"residual_{sensor.name}", signature, Program(), outputs)
+
+    def _jacobian(self, sensor: Sensor) -> str:
+        _, H = self._rows(sensor)
+        signature = "const real *x, const real *p, real *H"
+        return self._function(f"jacobian_{sensor.name}", signature, Program(), _store("H", H))
+
+    def _update(self, sensor: Sensor) -> str:
+        r, H = self._rows(sensor)
+        n, program = self.n, Program()
+        outputs: Outputs = [(f"const real r_{i}", e) for i, e in enumerate(r)]
+        names: list[list[str]] = []
+        for i, row in enumerate(H):
+            names.append([f"H_{i}_{j}" if e != 0 else "" for j, e in enumerate(row)])
+            outputs += [(f"const real H_{i}_{j}", e) for j, e in enumerate(row) if e != 0]
+        tail = ["int refused = 0;", f"for (int i = 0; i < {n}; i++) dx[i] = R(0.0);"]
+        for i, row_names in enumerate(names):
+            columns = [j for j in range(n) if row_names[j]]
+            tail += _scalar_row(i, columns, n)
+        tail.append("return refused;")
+        signature = (
+            "const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s"
+        )
+        return self._function(f"update_{sensor.name}", signature, program, outputs, tail)
+
+    def _gain(self) -> str:
+        rows = [len(self._rows(s)[0]) for s in self.model.sensors]
+        total, lines = sum(rows), []
+        for i, pattern in enumerate(gain_pattern(self.derivation, [self._rows(s)[1] for s in self.model.sensors])):
+            terms = [f"K[{i * total + j}] * r[{j}]" for j in range(total) if pattern[j]]
+            lines.append(f"e[{i}] = {' + '.join(terms) or 'R(0.0)'};")
+        return self._function("gain", "const real *K, const real *r, real *e", Program(), [], lines)
+
+    def _table(self) -> str:
+        m, name = self.model, self.model.name
+        sensors = ",\n".join(
+            f'    {{"{s.name}", {s.size}, {len(self._rows(s)[0])}, rn_{name}_measure_{s.name}, '
+            f"rn_{name}_residual_{s.name}, rn_{name}_jacobian_{s.name}, rn_{name}_update_{s.name}}}"
+            for s in m.sensors
+        )
+        sizes = (m.state_size, self.n, m.input_size, len(m.noises), len(m.parameters), len(m.sensors))
+        functions = ["propagate", "predict", "transition", "inject", "inject_turned", "difference", "gain"]
+        return (
+            f"static const RN(sensor) rn_{name}_sensors[] = {{\n{sensors}}};\n"
+            f"static const RN(model) rn_{name}_model = {{\n"
+            f'    RN_ABI, (int)sizeof(real), "{name}", {", ".join(map(str, sizes))}, rn_{name}_sensors,\n'
+            f"    {', '.join(f'rn_{name}_{f}' for f in functions)}}};\n"
+        )
+
+
+def _store(name: str, rows: Rows) -> Outputs:
+    return [(f"{name}[{i * len(row) + j}]", e) for i, row in enumerate(rows) for j, e in enumerate(row)]
+
+
+def _inject_quaternion(program: Program, q: Exprs, e: Exprs, error: str) -> Exprs:
+    import symengine as se
+
+    turn = [se.Integer(1), *(v / 2 for v in e)]
+    moved = program.let_all("n", quat_product(turn, q) if error == "n" else quat_product(q, turn))
+    scale = program.let("scale", 1 / se.sqrt(sum(v * v for v in moved)))
+    return [v * scale for v in moved]
+
+
+def _scalar_row(i: int, columns: list[int], n: int) -> list[str]:
+    """The sequential update of one row: PH over its non-zero columns only, then the shared rank-one step."""
+    lines = ["{"]
+    terms = [" + ".join(f"H_{i}_{c} * P[{packed(k, c, n)}]" for c in columns) for k in range(n)]
+    lines.append(f"    const real PH[{n}] = {{{', '.join(terms)}}};")
+    lines.append(f"    s[{i}] = variance + {' + '.join(f'H_{i}_{c} * PH[{c}]' for c in columns)};")
+    lines.append(f"    nu[{i}] = r_{i} - ({' + '.join(f'H_{i}_{c} * dx[{c}]' for c in columns)});")
+    lines.append(f"    refused += rn_scalar_update(P, dx, PH, {n}, s[{i}], variance, nu[{i}]);")
+    return [*lines, "}"]

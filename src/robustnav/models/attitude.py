@@ -1,0 +1,59 @@
+"""Attitude and gyro bias from a gyro, an accelerometer and a magnetometer, valid at every attitude."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+
+from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
+from robustnav.units import DEG, DPS, MICRO_TESLA, STANDARD_GRAVITY
+
+
+def attitude(
+    *,
+    gyro_density: float,
+    gyro_bias_density: float,
+    accel_sd: float,
+    mag_sd: float,
+    field: float = 48.0 * MICRO_TESLA,
+    dip_deg: float = 60.0,
+) -> Model:
+    """Return the quaternion model: state ``q_nb`` and ``gyro_bias``, input ``gyro``, sensors ``accel`` and ``mag``.
+
+    Navigation axes are magnetic north, east, down: the field has no east part, which keeps gains sparse; turn the
+    result by the declination where true north is wanted.  The error is kept in navigation axes and both sensors see
+    fixed navigation vectors, so their Jacobians are constant (docs/models.md, section 2).
+
+    Parameters
+    ----------
+    gyro_density : gyro white noise, two-sided [rad/s/sqrt(Hz)].
+    gyro_bias_density : random walk of the gyro bias [rad/s^2/sqrt(Hz)].
+    accel_sd : accelerometer noise a sample, motion included [m/s^2].
+    mag_sd : magnetometer noise a sample, disturbances included [T].
+    field : strength of the magnetic field [T].
+    dip_deg : angle of the field below the horizon [deg].
+    """
+    return Model(
+        name="attitude",
+        state=(Rotation("q_nb", error="n"), Vector("gyro_bias", "rad/s", frame="b")),
+        inputs=(Vector("gyro", "rad/s", frame="b"),),
+        noises=(
+            Noise("gyro_noise", "rad/s/sqrt(Hz)", gyro_density),
+            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", gyro_bias_density),
+        ),
+        sensors=(Sensor("accel", "m/s^2", accel_sd), Sensor("mag", "T", mag_sd)),
+        parameters={
+            "gravity": STANDARD_GRAVITY,
+            "mag_north": field * cos(radians(dip_deg)),
+            "mag_down": field * sin(radians(dip_deg)),
+        },
+        equations=_equations,
+        start_sd={"q_nb": (5 * DEG, 5 * DEG, 10 * DEG), "gyro_bias": 0.5 * DPS},
+        prebuilt=True,
+    )
+
+
+def _equations(s: Symbols) -> Equations:
+    return Equations(
+        rates={"q_nb": s.gyro - s.gyro_bias - s.gyro_noise, "gyro_bias": s.gyro_bias_noise},
+        directions={"accel": (0, 0, -s.gravity), "mag": (s.mag_north, 0, s.mag_down)},
+    )

@@ -1,0 +1,84 @@
+"""The published attitude model: Euler angles and gyro bias, body-frame residuals, one nominal point."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+
+from robustnav.model import Equations, Model, Noise, Sensor, Symbols, Vector
+from robustnav.units import DEG, DPS, MICRO_TESLA, STANDARD_GRAVITY
+
+
+def attitude_euler(
+    *,
+    gyro_density: float,
+    gyro_bias_density: float,
+    accel_sd: float,
+    mag_sd: float,
+    field: float = 48.0 * MICRO_TESLA,
+    dip_deg: float = 60.0,
+) -> Model:
+    """Return the Euler-angle model: state ``euler`` (roll, pitch, yaw) and ``gyro_bias``.
+
+    Kept as the reference form.  Singular at pitch +-90 deg; a constant gain on it loses its heading beyond +-90 deg
+    of yaw, because its residual is in body axes (docs/models.md, section 3).  Parameters as in ``attitude``.
+
+    Source: Kim, Tadiparthi, Bhattacharya, "Nonlinear Attitude Estimation for Small UAVs with Low Power
+    Microprocessors", ACC 2020, with the accelerometer as specific force.
+    """
+    return Model(
+        name="attitude_euler",
+        state=(Vector("euler", "rad"), Vector("gyro_bias", "rad/s")),
+        inputs=(Vector("gyro", "rad/s"),),
+        noises=(
+            Noise("gyro_noise", "rad/s/sqrt(Hz)", gyro_density),
+            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", gyro_bias_density),
+        ),
+        sensors=(Sensor("accel", "m/s^2", accel_sd), Sensor("mag", "T", mag_sd)),
+        parameters={
+            "gravity": STANDARD_GRAVITY,
+            "mag_north": field * cos(radians(dip_deg)),
+            "mag_down": field * sin(radians(dip_deg)),
+        },
+        equations=_equations,
+        start_sd={"euler": (5 * DEG, 5 * DEG, 10 * DEG), "gyro_bias": 0.5 * DPS},
+        prebuilt=True,
+    )
+
+
+def _equations(s: Symbols) -> Equations:
+    import sympy as sp
+
+    roll, pitch, yaw = s.euler
+    rate_p, rate_q, rate_r = s.gyro - s.gyro_bias - s.gyro_noise
+    turning = rate_q * sp.sin(roll) + rate_r * sp.cos(roll)
+    euler_rate = (
+        rate_p + turning * sp.tan(pitch),
+        rate_q * sp.cos(roll) - rate_r * sp.sin(roll),
+        turning / sp.cos(pitch),
+    )
+    C_bn = _about_x(roll) * _about_y(pitch) * _about_z(yaw)
+    return Equations(
+        rates={"euler": euler_rate, "gyro_bias": s.gyro_bias_noise},
+        sensors={
+            "accel": C_bn * sp.Matrix([0, 0, -s.gravity]),
+            "mag": C_bn * sp.Matrix([s.mag_north, 0, s.mag_down]),
+        },
+    )
+
+
+def _about_x(a):  # type: ignore[no-untyped-def]
+    import sympy as sp
+
+    return sp.Matrix([[1, 0, 0], [0, sp.cos(a), sp.sin(a)], [0, -sp.sin(a), sp.cos(a)]])
+
+
+def _about_y(a):  # type: ignore[no-untyped-def]
+    import sympy as sp
+
+    return sp.Matrix([[sp.cos(a), 0, -sp.sin(a)], [0, 1, 0], [sp.sin(a), 0, sp.cos(a)]])
+
+
+def _about_z(a):  # type: ignore[no-untyped-def]
+    import sympy as sp
+
+    return sp.Matrix([[sp.cos(a), sp.sin(a), 0], [-sp.sin(a), sp.cos(a), 0], [0, 0, 1]])
