@@ -1,0 +1,356 @@
+/* The host's filter object and its time loop over mixed-rate streams.  Included by host_double.c and host_float.c. */
+#include "rn_host.h"
+
+#include <string.h>
+
+#include "rn_filter.h"
+#include "rn_models.h"
+
+typedef struct {
+    const RN(model) * model;
+    int kind, rows_total;
+    int row_start[RN_HOST_SENSORS];
+    double time;    /* of the state [s]; NaN before the first input */
+    double elapsed; /* since the filter's start [s]: picks the gain set */
+    int sets, set;
+    RN(unscented) unscented;
+    real x[RN_MAX_STATE + 1], P[RN_PACKED(RN_MAX_STATE)];
+    real p[RN_MAX_PARAMETERS], q[RN_MAX_NOISES], variance[RN_HOST_SENSORS], gate[RN_HOST_SENSORS];
+    real *gains, *scratch; /* behind this struct, in the same block */
+    double *times;
+} filter_t;
+
+static void to_real(real *out, const double *in, int n)
+{
+    for (int i = 0; i < n; i++) out[i] = (real)in[i];
+}
+
+static void to_double(double *out, const real *in, int n)
+{
+    for (int i = 0; i < n; i++) out[i] = (double)in[i];
+}
+
+static int all_finite(const double *v, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += v[i] * 0.0;
+    return sum == 0.0;
+}
+
+static const void *built_in(int index)
+{
+    const int count = (int)(sizeof rn_built_in / sizeof rn_built_in[0]) - 1;
+    return index >= 0 && index < count ? rn_built_in[index] : NULL;
+}
+
+/* Returns what is wrong with a table that comes from outside: 0 none, 1 ABI, 2 number type, 3 sizes. */
+static int info(const void *opaque, rn_info *out)
+{
+    const RN(model) *m = opaque;
+    if (m->abi != RN_ABI) return 1;
+    if (m->real_bytes != (int)sizeof(real)) return 2;
+    if (m->nx > RN_MAX_STATE || m->ne > m->nx || m->nu > RN_MAX_INPUT || m->np > RN_MAX_PARAMETERS ||
+        m->nq > RN_MAX_NOISES || m->nsensors > RN_HOST_SENSORS)
+        return 3;
+    *out = (rn_info){.nx = m->nx, .ne = m->ne, .nu = m->nu, .nq = m->nq, .np = m->np, .nsensors = m->nsensors, .name = m->name};
+    for (int j = 0; j < m->nsensors; j++) {
+        if (m->sensors[j].size > RN_MAX_ROWS || m->sensors[j].rows > RN_MAX_ROWS) return 3;
+        out->size[j] = m->sensors[j].size;
+        out->rows[j] = m->sensors[j].rows;
+        out->sensor[j] = m->sensors[j].name;
+        out->rows_total += out->rows[j];
+    }
+    return 0;
+}
+
+static int call(const void *opaque, int what, int sensor, const double *const in[], double dt, double *const out[])
+{
+    const RN(model) *m = opaque;
+    real x[RN_MAX_STATE], a[RN_MAX_STATE], b[RN_MAX_STATE], p[RN_MAX_PARAMETERS];
+    real F[RN_MAX_STATE * RN_MAX_STATE], Q[RN_MAX_STATE * RN_MAX_STATE];
+    const RN(sensor) *one = sensor >= 0 && sensor < m->nsensors ? &m->sensors[sensor] : NULL;
+    int rows_total = 0;
+    for (int j = 0; j < m->nsensors; j++) rows_total += m->sensors[j].rows;
+    if ((what == RN_CALL_MEASURE || what == RN_CALL_RESIDUAL || what == RN_CALL_JACOBIAN) && !one) return 1;
+    if (what != RN_CALL_GAIN) to_real(x, in[0], m->nx);
+    switch (what) {
+    case RN_CALL_PROPAGATE:
+        to_real(a, in[1], m->nu);
+        to_real(p, in[2], m->np);
+        m->propagate(x, a, p, (real)dt);
+        to_double(out[0], x, m->nx);
+        return 0;
+    case RN_CALL_TRANSITION:
+        to_real(a, in[1], m->nu);
+        to_real(b, in[2], m->nq);
+        to_real(p, in[3], m->np);
+        m->transition(x, a, b, p, (real)dt, F, Q);
+        to_double(out[0], F, m->ne * m->ne);
+        to_double(out[1], Q, m->ne * m->ne);
+        return 0;
+    case RN_CALL_INJECT:
+    case RN_CALL_INJECT_TURNED:
+        to_real(a, in[1], m->ne);
+        (what == RN_CALL_INJECT ? m->inject : m->inject_turned)(x, a);
+        to_double(out[0], x, m->nx);
+        return 0;
+    case RN_CALL_DIFFERENCE:
+        to_real(a, in[1], m->nx);
+        m->difference(x, a, b);
+        to_double(out[0], b, m->ne);
+        return 0;
+    case RN_CALL_MEASURE:
+        to_real(p, in[1], m->np);
+        one->measure(x, p, a);
+        to_double(out[0], a, one->size);
+        return 0;
+    case RN_CALL_RESIDUAL:
+        to_real(a, in[1], one->size);
+        to_real(p, in[2], m->np);
+        one->residual(x, a, p, b);
+        to_double(out[0], b, one->rows);
+        return 0;
+    case RN_CALL_JACOBIAN:
+        to_real(p, in[1], m->np);
+        one->jacobian(x, p, F);
+        to_double(out[0], F, one->rows * m->ne);
+        return 0;
+    case RN_CALL_GAIN:
+        to_real(F, in[0], m->ne * rows_total);
+        to_real(a, in[1], rows_total);
+        m->gain(F, a, b);
+        to_double(out[0], b, m->ne);
+        return 0;
+    default: return 1;
+    }
+}
+
+static size_t gain_numbers(const rn_config *c)
+{
+    const RN(model) *m = c->model;
+    size_t rows = 0;
+    for (int j = 0; j < m->nsensors; j++) rows += (size_t)m->sensors[j].rows;
+    return (size_t)c->sets * (((size_t)1 << m->nsensors) - 1) * (size_t)m->ne * rows;
+}
+
+static size_t bytes(const rn_config *c)
+{
+    const RN(model) *m = c->model;
+    const size_t scratch = c->kind == RN_KIND_UKF ? (size_t)RN(ukf_scratch)(m) : 0;
+    return sizeof(filter_t) + (size_t)c->sets * sizeof(double) + (gain_numbers(c) + scratch) * sizeof(real);
+}
+
+static void init(void *memory, const rn_config *c)
+{
+    filter_t *f = memory;
+    const RN(model) *m = c->model;
+    memset(f, 0, sizeof *f);
+    f->model = m;
+    f->kind = c->kind;
+    f->sets = c->sets;
+    for (int j = 0; j < m->nsensors; j++) {
+        f->row_start[j] = f->rows_total;
+        f->rows_total += m->sensors[j].rows;
+    }
+    f->times = (double *)(void *)(f + 1);
+    f->gains = (real *)(void *)(f->times + c->sets);
+    f->scratch = f->gains + gain_numbers(c);
+    for (int i = 0; i < c->sets; i++) f->times[i] = c->times[i];
+    for (size_t i = 0; i < gain_numbers(c); i++) f->gains[i] = (real)c->gains[i];
+    to_real(f->x, c->x, m->nx);
+    if (c->P) to_real(f->P, c->P, RN_PACKED(m->ne));
+    to_real(f->p, c->p, m->np);
+    to_real(f->q, c->q, m->nq);
+    to_real(f->variance, c->variance, m->nsensors);
+    to_real(f->gate, c->gate, m->nsensors);
+    const double n = (double)m->ne, spread = c->alpha * c->alpha * (n + c->kappa);
+    f->unscented.spread = (real)spread;
+    f->unscented.mean_centre = (real)((spread - n) / spread);
+    f->unscented.cov_centre = (real)((spread - n) / spread + 1.0 - c->alpha * c->alpha + c->beta);
+    f->time = NAN;
+}
+
+static void load(void *memory, const double *x, const double *P, double time, double elapsed)
+{
+    filter_t *f = memory;
+    if (x) to_real(f->x, x, f->model->nx);
+    if (P) to_real(f->P, P, RN_PACKED(f->model->ne));
+    f->time = time;
+    f->elapsed = elapsed;
+    f->set = 0;
+}
+
+static void store(const void *memory, double *x, double *P, double *time, double *elapsed)
+{
+    const filter_t *f = memory;
+    if (x) to_double(x, f->x, f->model->nx);
+    if (P) to_double(P, f->P, RN_PACKED(f->model->ne));
+    if (time) *time = f->time;
+    if (elapsed) *elapsed = f->elapsed;
+}
+
+static void predict(void *memory, const double *u, double dt)
+{
+    filter_t *f = memory;
+    real input[RN_MAX_INPUT];
+    to_real(input, u, f->model->nu);
+    f->elapsed += dt;
+    f->time += dt;
+    switch (f->kind) {
+    case RN_KIND_FIXED: f->model->propagate(f->x, input, f->p, (real)dt); break;
+    case RN_KIND_UKF:
+        if (RN(ukf_predict)(f->model, &f->unscented, f->x, f->P, input, f->q, f->p, (real)dt, f->scratch))
+            f->P[0] = (real)NAN; /* a covariance that lost definiteness stays visible */
+        break;
+    default: f->model->predict(f->x, f->P, input, f->q, f->p, (real)dt); break;
+    }
+}
+
+static void keep_seen(double *out, const RN(seen) * seen, int rows)
+{
+    if (!out) return;
+    to_double(out, seen->nu, rows);
+    to_double(out + RN_MAX_ROWS, seen->s, rows);
+    out[2 * RN_MAX_ROWS] = (double)seen->nis;
+    out[2 * RN_MAX_ROWS + 1] = (double)seen->used;
+}
+
+static void correct_fixed(filter_t *f, const double *const z[], double *const seen[])
+{
+    const RN(model) *m = f->model;
+    real reading[RN_MAX_ROWS], r[RN_HOST_SENSORS * RN_MAX_ROWS];
+    int mask = 0;
+    for (int j = 0; j < m->nsensors; j++) {
+        real *own = r + f->row_start[j];
+        const int here = z[j] != NULL && all_finite(z[j], m->sensors[j].size);
+        for (int a = 0; a < m->sensors[j].rows; a++) own[a] = R(0.0);
+        if (!here) continue;
+        mask |= 1 << j;
+        to_real(reading, z[j], m->sensors[j].size);
+        m->sensors[j].residual(f->x, reading, f->p, own);
+        if (seen[j]) {
+            RN(seen) one = {.nis = (real)NAN, .used = 1};
+            for (int a = 0; a < m->sensors[j].rows; a++) {
+                one.nu[a] = own[a];
+                one.s[a] = (real)NAN;
+            }
+            keep_seen(seen[j], &one, m->sensors[j].rows);
+        }
+    }
+    if (!mask) return;
+    /* half a microsecond: sums of dt must not miss the start of a set */
+    while (f->set + 1 < f->sets && f->elapsed + 5e-7 >= f->times[f->set + 1]) f->set++;
+    const size_t one = (size_t)(m->ne * f->rows_total), subsets = ((size_t)1 << m->nsensors) - 1;
+    RN(fixed_correct)(m, f->x, f->gains + ((size_t)f->set * subsets + (size_t)(mask - 1)) * one, r);
+}
+
+static void correct(void *memory, const double *const z[], double *const seen[])
+{
+    filter_t *f = memory;
+    const RN(model) *m = f->model;
+    if (f->kind == RN_KIND_FIXED) {
+        correct_fixed(f, z, seen);
+        return;
+    }
+    for (int j = 0; j < m->nsensors; j++) {
+        real reading[RN_MAX_ROWS];
+        RN(seen) one;
+        if (z[j] == NULL || !all_finite(z[j], m->sensors[j].size)) continue;
+        to_real(reading, z[j], m->sensors[j].size);
+        if (f->kind == RN_KIND_UKF)
+            RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one, f->scratch);
+        else
+            RN(ekf_update)(m, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one);
+        keep_seen(seen[j], &one, m->sensors[j].rows);
+    }
+}
+
+/* Fuse every reading stamped `at`, and move past it. */
+static void take(filter_t *f, rn_batch *b, double at)
+{
+    const RN(model) *m = f->model;
+    const double *z[RN_HOST_SENSORS] = {NULL};
+    double kept[RN_HOST_SENSORS][2 * RN_MAX_ROWS + 2], *seen[RN_HOST_SENSORS] = {NULL};
+    size_t row[RN_HOST_SENSORS];
+    for (;;) {
+        int any = 0;
+        for (int j = 0; j < m->nsensors; j++) {
+            z[j] = NULL;
+            if (b->next[j] >= b->count[j] || b->ts[j][b->next[j]] != at) continue;
+            row[j] = b->next[j]++;
+            z[j] = b->z[j] + row[j] * (size_t)m->sensors[j].size;
+            seen[j] = b->nu[j] ? kept[j] : NULL;
+            kept[j][2 * RN_MAX_ROWS + 1] = -1.0; /* stays so when the reading is missing */
+            any = 1;
+        }
+        if (!any) return;
+        correct(f, z, seen);
+        for (int j = 0; j < m->nsensors; j++) {
+            if (!z[j] || !b->nu[j] || kept[j][2 * RN_MAX_ROWS + 1] < 0.0) continue;
+            const size_t rows = (size_t)m->sensors[j].rows;
+            memcpy(b->nu[j] + row[j] * rows, kept[j], rows * sizeof(double));
+            memcpy(b->s[j] + row[j] * rows, kept[j] + RN_MAX_ROWS, rows * sizeof(double));
+            b->nis[j][row[j]] = kept[j][2 * RN_MAX_ROWS];
+            b->used[j][row[j]] = (unsigned char)kept[j][2 * RN_MAX_ROWS + 1];
+        }
+    }
+}
+
+static double earliest(const rn_batch *b, int sensors)
+{
+    double at = INFINITY;
+    for (int j = 0; j < sensors; j++) {
+        if (b->next[j] < b->count[j] && b->ts[j][b->next[j]] < at) at = b->ts[j][b->next[j]];
+    }
+    return at;
+}
+
+static void report(const filter_t *f, rn_batch *b, size_t k)
+{
+    const size_t nx = (size_t)f->model->nx, ne = (size_t)f->model->ne, packed = (size_t)RN_PACKED(f->model->ne);
+    if (b->x) to_double(b->x + k * nx, f->x, (int)nx);
+    if (b->P) to_double(b->P + k * packed, f->P, (int)packed);
+    if (b->sd) {
+        const real *diagonal = f->P;
+        for (size_t i = 0; i < ne; i++) {
+            b->sd[k * ne + i] = sqrt((double)*diagonal);
+            diagonal += ne - i;
+        }
+    }
+}
+
+static void run(void *memory, rn_batch *b, size_t from, size_t to)
+{
+    filter_t *f = memory;
+    const int nu = f->model->nu, sensors = f->model->nsensors;
+    for (size_t k = from; k < to; k++) {
+        const double t = b->t[k], *u = b->u + k * (size_t)nu;
+        if (all_finite(u, nu)) { /* a missing input is an absent one: the next covers its time */
+            if (!(f->time == f->time)) f->time = t;
+            for (;;) {
+                const double at = earliest(b, sensors);
+                if (!(at < t)) break;
+                if (at >= f->time) {
+                    if (at > f->time) predict(f, u, at - f->time);
+                    f->time = at;
+                    take(f, b, at);
+                } else { /* before the filter's start: not used */
+                    for (int j = 0; j < sensors; j++) {
+                        if (b->next[j] < b->count[j] && b->ts[j][b->next[j]] == at) b->next[j]++;
+                    }
+                }
+            }
+            if (t > f->time) predict(f, u, t - f->time);
+            f->time = t;
+            take(f, b, t);
+        }
+        report(f, b, k);
+    }
+}
+
+const rn_host *RN_HOST_NAME(void)
+{
+    static const rn_host host = {RN_ABI, (int)sizeof(real), built_in, info, call, bytes, init,
+                                 load,   store,             predict,  correct, run};
+    return &host;
+}

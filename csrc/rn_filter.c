@@ -1,0 +1,27 @@
+/* Extended Kalman and constant-gain steps; the unscented ones are in rn_ukf.c. */
+#include "rn_filter.h"
+
+#include <string.h>
+
+void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const real *z, real variance, real gate,
+                    const real *p, RN(seen) * seen)
+{
+    const RN(sensor) *one = &m->sensors[sensor];
+    const size_t bytes = (size_t)RN_PACKED(m->ne) * sizeof(real);
+    real before[RN_PACKED(RN_MAX_STATE)], dx[RN_MAX_STATE];
+    const int gated = gate < (real)INFINITY;
+    if (gated) memcpy(before, P, bytes);
+    const int refused = one->update(x, P, z, variance, p, dx, seen->nu, seen->s);
+    seen->nis = R(0.0);
+    for (int i = 0; i < one->rows; i++) seen->nis += seen->nu[i] * seen->nu[i] / seen->s[i];
+    seen->used = refused == 0 && !(gated && !(seen->nis <= gate));
+    if (gated && !seen->used) memcpy(P, before, bytes);
+    if (refused < one->rows && (seen->used || !gated)) m->inject(x, dx);
+}
+
+void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *r)
+{
+    real e[RN_MAX_STATE];
+    m->gain(K, r, e);
+    m->inject_turned(x, e);
+}

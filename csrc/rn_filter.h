@@ -1,0 +1,40 @@
+/* One step of each filter over any model.  No allocation, no globals; every array belongs to the caller. */
+#ifndef RN_FILTER_H
+#define RN_FILTER_H
+
+#include "rn_model.h"
+
+/* What a reading told the filter before it was used; s is NaN for a constant gain. */
+typedef struct {
+    real nu[RN_MAX_ROWS]; /* measured minus predicted, row after row */
+    real s[RN_MAX_ROWS];  /* predicted variance of each */
+    real nis;             /* sum of nu^2 / s */
+    int used;             /* 0: refused by the gate or by a covariance that lost definiteness */
+} RN(seen);
+
+/* Sigma-point spread: lambda = alpha^2 (n + kappa) - n; weights of the centre for mean and covariance. */
+typedef struct {
+    real spread;      /* n + lambda, the squared distance of the points in standard deviations */
+    real mean_centre; /* lambda / (n + lambda) */
+    real cov_centre;  /* the same + 1 - alpha^2 + beta */
+} RN(unscented);
+
+/* Extended Kalman update: P and x change unless nis > gate (gate: INFINITY for none). */
+void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const real *z, real variance, real gate,
+                    const real *p, RN(seen) * seen);
+
+/* Constant-gain correction.  r: residual rows of all sensors in order, zero where absent; K: ne x rows. */
+void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *r);
+
+/* Numbers of scratch the unscented steps need. */
+int RN(ukf_scratch)(const RN(model) * m);
+
+/* Unscented prediction; returns 1 and changes nothing if P is not positive definite. */
+int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real *P, const real *u, const real *q,
+                    const real *p, real dt, real *scratch);
+
+/* Unscented update; refuses like ekf_update. */
+void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
+                    real variance, real gate, const real *p, RN(seen) * seen, real *scratch);
+
+#endif
