@@ -1,0 +1,1 @@
+"""The readable NumPy step of each filter: the specification the compiled filters are held to."""
