@@ -1,0 +1,1 @@
+"""Truth and sensors from nothing: trajectories, sensor error models, data-sheet presets."""
