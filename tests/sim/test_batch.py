@@ -10,7 +10,7 @@ from robustnav.frames import matrix_from_quat, quat_from_euler, rotation_error, 
 from robustnav.sim import attitude_cases
 from robustnav.sim.batch import Environment, Sensors, simulate
 from robustnav.sim.presets import imu, magnetometer
-from robustnav.sim.sensor_errors import ALL_ERRORS, NO_ERRORS
+from robustnav.sim.sensor_errors import ALL_ERRORS, NO_ERRORS, STUDY_ERRORS
 from robustnav.sim.trajectory import Motion, case_one, case_two, motion_from_attitude
 
 DEG = np.pi / 180
@@ -110,9 +110,17 @@ def test_slow_magnetometer_has_its_own_times():
     assert np.isfinite(batch.mag).all()
 
 
+def test_magnetometer_density_counts_at_its_own_rate():
+    compass = replace(IDEAL.magnetometer, field=replace(IDEAL.magnetometer.field, noise_rms_sd=None, density=1e-7))
+    sensors = Sensors(IDEAL.imu, compass, STUDY_ERRORS, magnetometer_rate_hz=10.0)
+    batch = simulate(case_two(), sensors, PLACE, runs=20, seed=1)
+    ideal = simulate(case_two(), replace(sensors, errors=NO_ERRORS), PLACE, runs=1, seed=1)
+    assert (batch.mag - ideal.mag).std() == pytest.approx(1e-7 * np.sqrt(5.0), rel=4 / np.sqrt(2 * batch.mag.size))
+
+
 def test_log_of_a_run():
-    batch = simulate(case_two(), attitude_cases.sensors(), PLACE, runs=range(3, 6), seed=1)
-    log = batch.log(4)
+    batch = simulate(case_two(), attitude_cases.sensors(), PLACE, runs=range(4, 7), seed=1)
+    log = batch.log(5)
     np.testing.assert_array_equal(log.stream("gyro").values, batch.gyro[1])
     np.testing.assert_array_equal(log.stream("accel").values, batch.accel[1])
     np.testing.assert_array_equal(log.stream("mag").values, batch.mag[1])
@@ -120,8 +128,8 @@ def test_log_of_a_run():
     np.testing.assert_array_equal(log.truth.q_nb, batch.q_nb)
     assert (log.truth.kind, log.truth.north) == ("simulated", "magnetic")
     assert len(log.conventions) == 3
-    for run in (2, 6, -1):
-        with pytest.raises(InputError, match="3 to 5"):
+    for run in (3, 7, -1):
+        with pytest.raises(InputError, match="4 to 6"):
             batch.log(run)
 
 
