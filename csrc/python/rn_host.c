@@ -238,8 +238,7 @@ static void correct_fixed(filter_t *f, const double *const z[], double *const se
         }
     }
     if (!mask) return;
-    /* half a microsecond: sums of dt must not miss the start of a set */
-    while (f->set + 1 < f->sets && f->elapsed + 5e-7 >= f->times[f->set + 1]) f->set++;
+    while (f->set + 1 < f->sets && f->elapsed >= f->times[f->set + 1]) f->set++;
     const size_t one = (size_t)(m->ne * f->rows_total), subsets = ((size_t)1 << m->nsensors) - 1;
     RN(fixed_correct)(m, f->x, f->gains + ((size_t)f->set * subsets + (size_t)(mask - 1)) * one, r);
 }

@@ -35,7 +35,8 @@ class CompiledModel:
                 handle = _kernel.Model(model.name, real)
             except KeyError:
                 raise InputError(
-                    f"model {model.name!r} is not built in", do="robustnav.engine.compile_model(model), or backend='numpy'"
+                    f"model {model.name!r} is not built in",
+                    do="robustnav.engine.compile_model(model), or backend='numpy'",
                 ) from None
         self.model, self.handle, self.real = model, handle, real
         nx, ne, nu, noises, parameters, self.rows = handle.sizes

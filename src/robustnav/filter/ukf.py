@@ -40,7 +40,9 @@ def _points(model: ModelFunctions, x: Array, P: Array, spread: float) -> tuple[A
     try:
         L = np.linalg.cholesky(P)
     except np.linalg.LinAlgError as why:
-        raise EstimatorError("covariance of the unscented filter is not positive definite", got=str(np.diag(P))) from why
+        raise EstimatorError(
+            "covariance of the unscented filter is not positive definite", got=str(np.diag(P))
+        ) from why
     offsets = [np.zeros(len(P))]
     for column in np.sqrt(spread) * L.T:
         offsets += [column, -column]

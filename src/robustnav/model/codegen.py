@@ -1,4 +1,4 @@
-"""The C header of a model: every function of ``csrc/rn_model.h``, derived, shared-subexpression-reduced and unrolled."""
+"""The C header of a model: every function of ``csrc/rn_model.h``, derived and unrolled."""
 
 from __future__ import annotations
 
@@ -73,7 +73,9 @@ class _Generator:
         for block in self.model.state:
             x, e = self.model.state_slices[block.name], self.model.error_slices[block.name]
             kind = f", error in {block.error}" if isinstance(block, Rotation) else ""
-            lines.append(f" *   x[{x.start}..{x.stop - 1}], e[{e.start}..{e.stop - 1}]  {block.name} [{block.unit}]{kind}")
+            lines.append(
+                f" *   x[{x.start}..{x.stop - 1}], e[{e.start}..{e.stop - 1}]  {block.name} [{block.unit}]{kind}"
+            )
         start = 0
         for block in self.model.inputs:
             lines.append(f" *   u[{start}..{start + block.size - 1}]  {block.name} [{block.unit}]")
@@ -211,9 +213,7 @@ class _Generator:
             columns = [j for j in range(n) if row_names[j]]
             tail += _scalar_row(i, columns, n)
         tail.append("return refused;")
-        signature = (
-            "const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s"
-        )
+        signature = "const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s"
         return self._function(f"update_{sensor.name}", signature, program, outputs, tail)
 
     def _gain(self) -> str:

@@ -76,7 +76,7 @@ class Derivation:
         entries: dict[str, Any] = {}
         for prefix, blocks in names.items():
             columns[prefix] = []
-            for block in blocks:  # type: ignore[attr-defined]
+            for block in blocks:
                 symbols = [sp.Symbol(f"{prefix}_{block.name}_{i}", real=True) for i in range(block.size)]
                 entries[block.name] = sp.Matrix(symbols)
                 columns[prefix] += [se.Symbol(str(s)) for s in symbols]
@@ -122,7 +122,9 @@ class Derivation:
         """Return the four numbers of the attitude block in a state."""
         rotation = self.model.rotation
         if rotation is None:
-            raise InputError(f"model {self.model.name!r}", got="no Rotation block", expected="one, for a direction sensor")
+            raise InputError(
+                f"model {self.model.name!r}", got="no Rotation block", expected="one, for a direction sensor"
+            )
         return x[self.model.state_slices[rotation.name]]
 
     def in_navigation(self, sensor: str) -> bool:
@@ -186,7 +188,9 @@ class Derivation:
                 for j in columns
             )
             scale = own[0][0]
-            isotropic = noise.size == 3 and own == [[scale if i == j else se.Integer(0) for j in range(3)] for i in range(3)]
+            isotropic = noise.size == 3 and own == [
+                [scale if i == j else se.Integer(0) for j in range(3)] for i in range(3)
+            ]
             if isotropic and not elsewhere:
                 for i in range(3):
                     for k, j in enumerate(columns):

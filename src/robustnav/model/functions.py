@@ -141,7 +141,7 @@ class NumericModel:
         return self._h[sensor](x, self._no_input, self._parameters)
 
     def residual(self, sensor: int, x: Array, z: Array) -> Array:
-        """Return measured minus predicted; in navigation axes for direction sensors (rows that see nothing left out)."""
+        """Return measured minus predicted; direction sensors in navigation axes, without rows that see nothing."""
         v = self._direction(sensor, x)
         if v is None:
             r = np.asarray(z, float) - self.measure(sensor, x)
@@ -183,7 +183,8 @@ class NumericModel:
 def _increment(phi: Array) -> Array:
     """Return the quaternion of a small turn, to fourth order in the angle."""
     square = float(phi @ phi)
-    return np.r_[1 - square / 8 + square**2 / 384, phi * (0.5 - square / 48)]
+    out: Array = np.r_[1 - square / 8 + square**2 / 384, phi * (0.5 - square / 48)]
+    return out
 
 
 class _Evaluator:

@@ -78,12 +78,11 @@ def _print_sum(expression: Any) -> str:
 def _print_product(expression: Any) -> str:
     if _negative(expression):
         return f"-{_factor(-expression)}"
-    above, below = [], []
+    above: list[str] = []
+    below: list[str] = []
     for factor in sorted(expression.args, key=str):
         if type(factor).__name__ == "Pow" and factor.args[1].is_Number and float(factor.args[1]) < 0:
             below.append(_print_power(factor.args[0], -factor.args[1]))
-        elif type(factor).__name__ == "Rational" and abs(int(factor.p)) == 1:
-            above.insert(0, constant(float(factor)))
         elif factor.is_Number:
             above.insert(0, constant(float(factor)))
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, radians, sin
+from typing import Any
 
 from robustnav.model import Equations, Model, Noise, Sensor, Symbols, Vector
 from robustnav.units import DEG, DPS, MICRO_TESLA, STANDARD_GRAVITY
@@ -66,19 +67,19 @@ def _equations(s: Symbols) -> Equations:
     )
 
 
-def _about_x(a):  # type: ignore[no-untyped-def]
+def _about_x(a: Any) -> Any:
     import sympy as sp
 
     return sp.Matrix([[1, 0, 0], [0, sp.cos(a), sp.sin(a)], [0, -sp.sin(a), sp.cos(a)]])
 
 
-def _about_y(a):  # type: ignore[no-untyped-def]
+def _about_y(a: Any) -> Any:
     import sympy as sp
 
     return sp.Matrix([[sp.cos(a), 0, -sp.sin(a)], [0, 1, 0], [sp.sin(a), 0, sp.cos(a)]])
 
 
-def _about_z(a):  # type: ignore[no-untyped-def]
+def _about_z(a: Any) -> Any:
     import sympy as sp
 
     return sp.Matrix([[sp.cos(a), sp.sin(a), 0], [-sp.sin(a), sp.cos(a), 0], [0, 0, 1]])

@@ -1,0 +1,172 @@
+"""Estimators as users name them: a model with the way its errors are weighted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robustnav.design.certificates import Certificate
+from robustnav.design.schedule import GainTable, SensorRows, gain_table
+from robustnav.engine.backends import functions_of
+from robustnav.engine.filters import FilterSetup
+from robustnav.errors import InputError
+from robustnav.filter.ukf import Spread
+from robustnav.frames import Array
+from robustnav.model.blocks import Model
+
+
+def _gates(model: Model, gates: Mapping[str, float]) -> Array:
+    out = np.full(len(model.sensors), np.inf)
+    for name, value in gates.items():
+        if not value > 0:
+            raise InputError(f"gate of {name!r}", got=str(value), expected="a largest accepted NIS above zero")
+        out[model.sensor_index(name)] = value
+    return out
+
+
+@dataclass(frozen=True)
+class EKF:
+    """Extended Kalman filter; on a model with a quaternion it is the multiplicative EKF.
+
+    Parameters
+    ----------
+    model : the model, with its noise.
+    gates : by sensor name, the largest accepted NIS (sum of squared normalised innovations); absent: none.
+    """
+
+    model: Model
+    gates: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """``mekf`` on quaternion models, else ``ekf``."""
+        return "mekf" if self.model.rotation else "ekf"
+
+    def setup(self, x: Array, P: Array) -> FilterSetup:
+        """Return what a filter is started with: state (nx,) and covariance (ne, ne)."""
+        return FilterSetup("ekf", x, P, _gates(self.model, self.gates))
+
+
+@dataclass(frozen=True)
+class UKF:
+    """Unscented Kalman filter over any model; parameters as ``EKF``, and the ``spread`` of its points."""
+
+    model: Model
+    spread: Spread = field(default_factory=Spread)
+    gates: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """``ukf``."""
+        return "ukf"
+
+    def setup(self, x: Array, P: Array) -> FilterSetup:
+        """Return what a filter is started with."""
+        return FilterSetup("ukf", x, P, _gates(self.model, self.gates), self.spread)
+
+
+class H2:
+    """Constant-gain filter: the H2-optimal gain at the model's nominal point, with its certificate.
+
+    On ``attitude`` one gain serves every attitude and its start-up schedule converges like the MEKF; on
+    ``attitude_euler`` it is the published extended H2 filter.
+
+    Parameters
+    ----------
+    model : the model, with its noise.
+    rate_hz : rate of the inputs [Hz].
+    sensor_rates_hz : by sensor name, its rate where it is slower than the inputs; rounded to a whole divisor.
+    start_sd : by block name, the standard deviations the start-up schedule is designed for; ``"steady"`` designs
+        no schedule, None takes the model's own.
+    sets : gain sets in the schedule.
+
+    Raises
+    ------
+    InputError : a rate is not positive, or a sensor is faster than the inputs.
+    EstimatorError : the gain fails its certificate.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        rate_hz: float,
+        *,
+        sensor_rates_hz: Mapping[str, float] | None = None,
+        start_sd: Mapping[str, ArrayLike] | str | None = None,
+        sets: int = 32,
+    ) -> None:
+        if not (np.isfinite(rate_hz) and rate_hz > 0):
+            raise InputError("rate_hz", got=str(rate_hz), expected="a rate above zero")
+        self.model, self.rate_hz = model, float(rate_hz)
+        self.steady = isinstance(start_sd, str)
+        if isinstance(start_sd, str) and start_sd != "steady":
+            raise InputError("start_sd", got=repr(start_sd), expected="standard deviations by block, or 'steady'")
+        P0 = None if isinstance(start_sd, str) else model.start_covariance(start_sd)
+        functions = functions_of(model)
+        x, u = model.nominal_state(), model.nominal_input()
+        F, Q = functions.transition(x, u, 1.0 / rate_hz)
+        rates = dict(sensor_rates_hz or {})
+        sensors = [
+            SensorRows(s.name, functions.jacobian(i, x), s.sd**2, _every(s.name, rates.pop(s.name, rate_hz), rate_hz))
+            for i, s in enumerate(model.sensors)
+        ]
+        if rates:
+            raise InputError("sensor_rates_hz", got=", ".join(rates), expected=", ".join(s.name for s in model.sensors))
+        self.table: GainTable = gain_table(F, Q, sensors, 1.0 / rate_hz, P0, sets)
+        _check_pattern(functions, self.table.gains)
+
+    @property
+    def name(self) -> str:
+        """``h2``."""
+        return "h2"
+
+    @property
+    def certificate(self) -> Certificate:
+        """What the steady gain promises, verified by a second route."""
+        return self.table.certificate
+
+    def setup(self, x: Array, P: Array | None = None) -> FilterSetup:
+        """Return what a filter is started with; the covariance is the design's, so ``P`` is not used."""
+        none = np.full(len(self.model.sensors), np.inf)
+        return FilterSetup("fixed", x, None, none, times=self.table.times, gains=self.table.gains)
+
+    def covariance_at(self, elapsed: Array) -> Array:
+        """Return the designed covariance (n, ne, ne) at times since the start (n,) [s], body vectors in n axes."""
+        chosen = np.searchsorted(self.table.times, elapsed, side="right") - 1
+        out: Array = self.table.covariance[np.maximum(chosen, 0)]
+        return out
+
+
+Estimator = EKF | UKF | H2
+
+
+def _every(name: str, sensor_hz: float, rate_hz: float) -> int:
+    every = round(rate_hz / sensor_hz) if sensor_hz > 0 else 0
+    if every < 1:
+        raise InputError(f"rate of {name!r}", got=f"{sensor_hz} Hz", expected=f"a rate in (0, {rate_hz:g}] Hz")
+    return every
+
+
+def _check_pattern(functions: Any, gains: Array) -> None:
+    """The compiled gain drops entries that the model's structure says are zero: they must be."""
+    if not hasattr(functions, "gain"):
+        return
+    n, rows = gains.shape[-2:]
+    kept = np.array([functions.gain(np.ones((n, rows)), column) for column in np.eye(rows)]).T != 0
+    dropped = np.abs(np.where(kept, 0.0, gains)).max(axis=(0, 1))
+    scale = np.abs(gains).max(axis=(0, 1)).max()
+    if dropped.max() > 1e-9 * scale:
+        raise InputError(
+            "constant gain",
+            got=f"an entry {dropped.max():.3g} where the compiled model has none",
+            expected="a gain designed at the model's nominal point",
+        )
+
+
+def names(estimators: Sequence[Estimator]) -> list[str]:
+    """Return the estimators' names."""
+    return [e.name for e in estimators]
