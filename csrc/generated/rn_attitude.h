@@ -13,7 +13,8 @@
  *   p[1]  mag_north
  *   p[2]  mag_down
  *   q[0]  intensity of gyro_noise [(rad/s/sqrt(Hz))^2]
- *   q[1]  intensity of gyro_bias_noise [(rad/s^2/sqrt(Hz))^2] */
+ *   q[1]  intensity of gyro_bias_noise [(rad/s^2/sqrt(Hz))^2]
+ *   q[2]  intensity of gyro_scale_noise [(1/sqrt(Hz))^2] */
 
 RN_INLINE void rn_attitude_propagate(real *x, const real *u, const real *p, real dt)
 {
@@ -69,6 +70,7 @@ RN_INLINE void rn_attitude_predict(real *x, real *P, const real *u, const real *
     const real u_gyro_2 = u[2];
     const real q_0 = q[0];
     const real q_1 = q[1];
+    const real q_2 = q[2];
     const real P_0_0 = P[0];
     const real P_0_1 = P[1];
     const real P_0_2 = P[2];
@@ -100,60 +102,59 @@ RN_INLINE void rn_attitude_predict(real *x, real *P, const real *u, const real *
     const real half_sinc = R(0.5) - R(0.020833333333333332) * phi_square;
     const real t_0 = half_sinc * phi_1;
     const real t_1 = half_sinc * phi_2;
-    const real t_2 = half_sinc * s_q_nb_1;
+    const real t_2 = half_sinc * phi_0;
     const real t_3 = R(0.0026041666666666665) * (phi_square * phi_square) + R(1.0) - R(0.125) * phi_square;
-    const real n_0 = s_q_nb_0 * t_3 - phi_0 * t_2 - s_q_nb_2 * t_0 - s_q_nb_3 * t_1;
-    const real t_4 = half_sinc * phi_0;
-    const real n_1 = s_q_nb_1 * t_3 + s_q_nb_0 * t_4 + s_q_nb_2 * t_1 - s_q_nb_3 * t_0;
-    const real n_2 = s_q_nb_2 * t_3 + s_q_nb_3 * t_4 + s_q_nb_0 * t_0 - phi_2 * t_2;
-    const real n_3 = phi_1 * t_2 + s_q_nb_3 * t_3 + s_q_nb_0 * t_1 - s_q_nb_2 * t_4;
+    const real n_0 = s_q_nb_0 * t_3 - s_q_nb_2 * t_0 - s_q_nb_3 * t_1 - s_q_nb_1 * t_2;
+    const real n_1 = s_q_nb_2 * t_1 + s_q_nb_0 * t_2 + s_q_nb_1 * t_3 - s_q_nb_3 * t_0;
+    const real n_2 = s_q_nb_0 * t_0 + s_q_nb_3 * t_2 + s_q_nb_2 * t_3 - s_q_nb_1 * t_1;
+    const real n_3 = s_q_nb_1 * t_0 + s_q_nb_0 * t_1 + s_q_nb_3 * t_3 - s_q_nb_2 * t_2;
     const real newton = R(1.5) - R(0.5) * ((n_0 * n_0) + (n_1 * n_1) + (n_2 * n_2) + (n_3 * n_3));
     const real half_phi_0 = R(0.5) * phi_0;
     const real half_phi_1 = R(0.5) * phi_1;
     const real half_phi_2 = R(0.5) * phi_2;
     const real half_phi_square = (half_phi_0 * half_phi_0) + (half_phi_1 * half_phi_1) + (half_phi_2 * half_phi_2);
     const real half_half_sinc = R(0.5) - R(0.020833333333333332) * half_phi_square;
-    const real t_5 = half_half_sinc * s_q_nb_2;
-    const real t_6 = half_half_sinc * s_q_nb_1;
-    const real t_7 = R(0.0026041666666666665) * (half_phi_square * half_phi_square) + R(1.0) - R(0.125) * half_phi_square;
-    const real t_8 = half_half_sinc * s_q_nb_0;
-    const real m_3 = half_phi_1 * t_6 + s_q_nb_3 * t_7 + half_phi_2 * t_8 - half_phi_0 * t_5;
-    const real t_9 = m_3 * m_3;
-    const real t_10 = half_half_sinc * s_q_nb_3;
-    const real m_2 = half_phi_0 * t_10 + s_q_nb_2 * t_7 + half_phi_1 * t_8 - half_phi_2 * t_6;
-    const real t_11 = m_2 * m_2;
-    const real A_0_3 = -(R(1.0) - R(2.0) * (t_9 + t_11));
+    const real t_4 = half_half_sinc * s_q_nb_2;
+    const real t_5 = half_half_sinc * s_q_nb_1;
+    const real t_6 = R(0.0026041666666666665) * (half_phi_square * half_phi_square) + R(1.0) - R(0.125) * half_phi_square;
+    const real t_7 = half_half_sinc * s_q_nb_0;
+    const real m_3 = half_phi_2 * t_7 + half_phi_1 * t_5 + s_q_nb_3 * t_6 - half_phi_0 * t_4;
+    const real t_8 = m_3 * m_3;
+    const real t_9 = half_half_sinc * s_q_nb_3;
+    const real m_2 = half_phi_1 * t_7 + half_phi_0 * t_9 + s_q_nb_2 * t_6 - half_phi_2 * t_5;
+    const real t_10 = m_2 * m_2;
+    const real A_0_3 = -(R(1.0) - R(2.0) * (t_8 + t_10));
     const real F_0_3 = A_0_3 * dt;
-    const real m_0 = s_q_nb_0 * t_7 - half_phi_2 * t_10 - half_phi_1 * t_5 - half_phi_0 * t_6;
-    const real t_12 = m_0 * m_3;
-    const real m_1 = half_phi_2 * t_5 + s_q_nb_1 * t_7 + half_phi_0 * t_8 - half_phi_1 * t_10;
-    const real t_13 = m_1 * m_2;
-    const real A_0_4 = -(R(2.0) * (t_13 - t_12));
+    const real m_0 = s_q_nb_0 * t_6 - half_phi_2 * t_9 - half_phi_1 * t_4 - half_phi_0 * t_5;
+    const real t_11 = m_0 * m_3;
+    const real m_1 = half_phi_0 * t_7 + half_phi_2 * t_4 + s_q_nb_1 * t_6 - half_phi_1 * t_9;
+    const real t_12 = m_1 * m_2;
+    const real A_0_4 = -(R(2.0) * (t_12 - t_11));
     const real F_0_4 = A_0_4 * dt;
-    const real t_14 = m_0 * m_2;
-    const real t_15 = m_1 * m_3;
-    const real A_0_5 = -(R(2.0) * (t_14 + t_15));
+    const real t_13 = m_0 * m_2;
+    const real t_14 = m_1 * m_3;
+    const real A_0_5 = -(R(2.0) * (t_13 + t_14));
     const real F_0_5 = A_0_5 * dt;
-    const real Q_0_0 = dt * q_0;
+    const real Q_0_0 = dt * (q_0 + q_2 * ((r0_q_nb_0 * r0_q_nb_0) + (r0_q_nb_1 * r0_q_nb_1) + (r0_q_nb_2 * r0_q_nb_2)));
     const real T_0_0 = F_0_3 * P_0_3 + F_0_4 * P_0_4 + F_0_5 * P_0_5 + P_0_0;
     const real T_0_3 = F_0_3 * P_3_3 + F_0_4 * P_3_4 + F_0_5 * P_3_5 + P_0_3;
     const real T_0_4 = F_0_3 * P_3_4 + F_0_4 * P_4_4 + F_0_5 * P_4_5 + P_0_4;
     const real T_0_5 = F_0_3 * P_3_5 + F_0_4 * P_4_5 + F_0_5 * P_5_5 + P_0_5;
-    const real A_1_3 = -(R(2.0) * (t_12 + t_13));
+    const real A_1_3 = -(R(2.0) * (t_11 + t_12));
     const real F_1_3 = A_1_3 * dt;
-    const real t_16 = m_1 * m_1;
-    const real A_1_4 = -(R(1.0) - R(2.0) * (t_9 + t_16));
+    const real t_15 = m_1 * m_1;
+    const real A_1_4 = -(R(1.0) - R(2.0) * (t_8 + t_15));
     const real F_1_4 = A_1_4 * dt;
-    const real t_17 = m_0 * m_1;
-    const real t_18 = m_2 * m_3;
-    const real A_1_5 = -(R(2.0) * (t_18 - t_17));
+    const real t_16 = m_0 * m_1;
+    const real t_17 = m_2 * m_3;
+    const real A_1_5 = -(R(2.0) * (t_17 - t_16));
     const real F_1_5 = A_1_5 * dt;
     const real T_0_1 = F_0_3 * P_1_3 + F_0_4 * P_1_4 + F_0_5 * P_1_5 + P_0_1;
-    const real A_2_3 = -(R(2.0) * (t_15 - t_14));
+    const real A_2_3 = -(R(2.0) * (t_14 - t_13));
     const real F_2_3 = A_2_3 * dt;
-    const real A_2_4 = -(R(2.0) * (t_17 + t_18));
+    const real A_2_4 = -(R(2.0) * (t_16 + t_17));
     const real F_2_4 = A_2_4 * dt;
-    const real A_2_5 = -(R(1.0) - R(2.0) * (t_11 + t_16));
+    const real A_2_5 = -(R(1.0) - R(2.0) * (t_10 + t_15));
     const real F_2_5 = A_2_5 * dt;
     const real T_0_2 = F_0_3 * P_2_3 + F_0_4 * P_2_4 + F_0_5 * P_2_5 + P_0_2;
     const real T_1_1 = F_1_3 * P_1_3 + F_1_4 * P_1_4 + F_1_5 * P_1_5 + P_1_1;
@@ -211,55 +212,55 @@ RN_INLINE void rn_attitude_transition(const real *x, const real *u, const real *
     const real u_gyro_2 = u[2];
     const real q_0 = q[0];
     const real q_1 = q[1];
+    const real q_2 = q[2];
     const real r0_q_nb_0 = u_gyro_0 - s_gyro_bias_0;
     const real phi_0 = dt * r0_q_nb_0;
     const real half_phi_0 = R(0.5) * phi_0;
-    const real r0_q_nb_2 = u_gyro_2 - s_gyro_bias_2;
-    const real phi_2 = dt * r0_q_nb_2;
-    const real half_phi_2 = R(0.5) * phi_2;
     const real r0_q_nb_1 = u_gyro_1 - s_gyro_bias_1;
     const real phi_1 = dt * r0_q_nb_1;
     const real half_phi_1 = R(0.5) * phi_1;
+    const real r0_q_nb_2 = u_gyro_2 - s_gyro_bias_2;
+    const real phi_2 = dt * r0_q_nb_2;
+    const real half_phi_2 = R(0.5) * phi_2;
     const real half_phi_square = (half_phi_0 * half_phi_0) + (half_phi_1 * half_phi_1) + (half_phi_2 * half_phi_2);
     const real half_half_sinc = R(0.5) - R(0.020833333333333332) * half_phi_square;
-    const real t_0 = half_half_sinc * half_phi_1;
-    const real t_1 = R(0.0026041666666666665) * (half_phi_square * half_phi_square) + R(1.0) - R(0.125) * half_phi_square;
-    const real t_2 = half_half_sinc * s_q_nb_2;
+    const real t_0 = half_half_sinc * s_q_nb_2;
+    const real t_1 = half_half_sinc * s_q_nb_1;
+    const real t_2 = R(0.0026041666666666665) * (half_phi_square * half_phi_square) + R(1.0) - R(0.125) * half_phi_square;
     const real t_3 = half_half_sinc * s_q_nb_0;
-    const real m_3 = s_q_nb_1 * t_0 + s_q_nb_3 * t_1 + half_phi_2 * t_3 - half_phi_0 * t_2;
+    const real m_3 = half_phi_2 * t_3 + half_phi_1 * t_1 + s_q_nb_3 * t_2 - half_phi_0 * t_0;
     const real t_4 = m_3 * m_3;
     const real t_5 = half_half_sinc * s_q_nb_3;
-    const real t_6 = half_half_sinc * s_q_nb_1;
-    const real m_2 = half_phi_0 * t_5 + s_q_nb_0 * t_0 + s_q_nb_2 * t_1 - half_phi_2 * t_6;
-    const real t_7 = m_2 * m_2;
-    const real A_0_3 = -(R(1.0) - R(2.0) * (t_4 + t_7));
+    const real m_2 = half_phi_1 * t_3 + half_phi_0 * t_5 + s_q_nb_2 * t_2 - half_phi_2 * t_1;
+    const real t_6 = m_2 * m_2;
+    const real A_0_3 = -(R(1.0) - R(2.0) * (t_4 + t_6));
     const real F_0_3 = A_0_3 * dt;
-    const real m_0 = s_q_nb_0 * t_1 - half_phi_2 * t_5 - s_q_nb_2 * t_0 - half_phi_0 * t_6;
-    const real t_8 = m_0 * m_3;
-    const real m_1 = s_q_nb_1 * t_1 + half_phi_2 * t_2 + half_phi_0 * t_3 - s_q_nb_3 * t_0;
-    const real t_9 = m_1 * m_2;
-    const real A_0_4 = -(R(2.0) * (t_9 - t_8));
+    const real m_0 = s_q_nb_0 * t_2 - half_phi_2 * t_5 - half_phi_1 * t_0 - half_phi_0 * t_1;
+    const real t_7 = m_0 * m_3;
+    const real m_1 = half_phi_0 * t_3 + half_phi_2 * t_0 + s_q_nb_1 * t_2 - half_phi_1 * t_5;
+    const real t_8 = m_1 * m_2;
+    const real A_0_4 = -(R(2.0) * (t_8 - t_7));
     const real F_0_4 = A_0_4 * dt;
-    const real t_10 = m_0 * m_2;
-    const real t_11 = m_1 * m_3;
-    const real A_0_5 = -(R(2.0) * (t_10 + t_11));
+    const real t_9 = m_0 * m_2;
+    const real t_10 = m_1 * m_3;
+    const real A_0_5 = -(R(2.0) * (t_9 + t_10));
     const real F_0_5 = A_0_5 * dt;
-    const real A_1_3 = -(R(2.0) * (t_8 + t_9));
+    const real A_1_3 = -(R(2.0) * (t_7 + t_8));
     const real F_1_3 = A_1_3 * dt;
-    const real t_12 = m_1 * m_1;
-    const real A_1_4 = -(R(1.0) - R(2.0) * (t_4 + t_12));
+    const real t_11 = m_1 * m_1;
+    const real A_1_4 = -(R(1.0) - R(2.0) * (t_4 + t_11));
     const real F_1_4 = A_1_4 * dt;
-    const real t_13 = m_0 * m_1;
-    const real t_14 = m_2 * m_3;
-    const real A_1_5 = -(R(2.0) * (t_14 - t_13));
+    const real t_12 = m_0 * m_1;
+    const real t_13 = m_2 * m_3;
+    const real A_1_5 = -(R(2.0) * (t_13 - t_12));
     const real F_1_5 = A_1_5 * dt;
-    const real A_2_3 = -(R(2.0) * (t_11 - t_10));
+    const real A_2_3 = -(R(2.0) * (t_10 - t_9));
     const real F_2_3 = A_2_3 * dt;
-    const real A_2_4 = -(R(2.0) * (t_13 + t_14));
+    const real A_2_4 = -(R(2.0) * (t_12 + t_13));
     const real F_2_4 = A_2_4 * dt;
-    const real A_2_5 = -(R(1.0) - R(2.0) * (t_7 + t_12));
+    const real A_2_5 = -(R(1.0) - R(2.0) * (t_6 + t_11));
     const real F_2_5 = A_2_5 * dt;
-    const real Q_0_0 = dt * q_0;
+    const real Q_0_0 = dt * (q_0 + q_2 * ((r0_q_nb_0 * r0_q_nb_0) + (r0_q_nb_1 * r0_q_nb_1) + (r0_q_nb_2 * r0_q_nb_2)));
     const real Q_3_3 = dt * q_1;
     F[0] = R(1.0);
     F[1] = R(0.0);
@@ -661,7 +662,7 @@ static const RN(sensor) rn_attitude_sensors[] = {
     {"accel", 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_update_accel},
     {"mag", 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_update_mag}};
 static const RN(model) rn_attitude_model = {
-    RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 2, 3, 2, rn_attitude_sensors,
+    RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 3, 3, 2, rn_attitude_sensors,
     rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_gain};
 
 #endif

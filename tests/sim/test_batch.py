@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from robustnav.datasheet.presets import imu, magnetometer
 from robustnav.errors import InputError
 from robustnav.frames import matrix_from_quat, quat_from_euler, rotation_error, triad
 from robustnav.sim import attitude_cases
 from robustnav.sim.batch import Environment, Sensors, simulate
-from robustnav.sim.presets import imu, magnetometer
 from robustnav.sim.sensor_errors import ALL_ERRORS, NO_ERRORS, STUDY_ERRORS
 from robustnav.sim.trajectory import Motion, case_one, case_two, motion_from_attitude
 

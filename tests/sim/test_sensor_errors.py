@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from robustnav.datasheet.sensors import SensorSpec
 from robustnav.errors import InputError
 from robustnav.sim import sensor_errors
 from robustnav.sim.sensor_errors import ALL_ERRORS, NO_ERRORS, Draws, ErrorSwitches, Sampled, active, corrupt
-from robustnav.sim.sensors import SensorSpec
 
 RATE = 100.0
 

@@ -33,7 +33,7 @@ class Step:
         A, G = self.derivation.error_rate()
         at_middle = dict(zip(self.derivation.x, self.middle, strict=True))
         A_mid = self.program.let_matrix("A", [[e.subs(at_middle) for e in row] for row in A])
-        G_mid = self.program.let_matrix("G", [[e.subs(at_middle) for e in row] for row in G])
+        G_mid = [[e.subs(at_middle) for e in row] for row in G]  # unnamed: roots of squares cancel in Q
         n, dt = self.model.error_size, self.dt
         one = [[se.Integer(int(i == j)) for j in range(n)] for i in range(n)]
         if self.model.rotation is not None:

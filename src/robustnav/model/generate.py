@@ -11,10 +11,10 @@ from robustnav.model.codegen import model_header
 
 def built_in_models() -> list[Model]:
     """Return the models whose C ships with the package; their numbers do not matter here."""
-    from robustnav.models import attitude, attitude_euler
+    from robustnav.models import AttitudeNoise, attitude, attitude_euler
 
-    numbers = {"gyro_density": 1.0, "gyro_bias_density": 1.0, "accel_sd": 1.0, "mag_sd": 1.0}
-    return [attitude(**numbers), attitude_euler(**numbers)]
+    noise = AttitudeNoise(1.0, 1.0, 1.0, 1.0)
+    return [attitude(noise, field=1.0, dip_deg=60.0), attitude_euler(noise, field=1.0, dip_deg=60.0)]
 
 
 def generated_files() -> dict[str, str]:

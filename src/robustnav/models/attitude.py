@@ -5,18 +5,11 @@ from __future__ import annotations
 from math import cos, radians, sin
 
 from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
-from robustnav.units import DEG, DPS, MICRO_TESLA, STANDARD_GRAVITY
+from robustnav.models.attitude_noise import AttitudeNoise
+from robustnav.units import DEG, DPS, STANDARD_GRAVITY
 
 
-def attitude(
-    *,
-    gyro_density: float,
-    gyro_bias_density: float,
-    accel_sd: float,
-    mag_sd: float,
-    field: float = 48.0 * MICRO_TESLA,
-    dip_deg: float = 60.0,
-) -> Model:
+def attitude(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Model:
     """Return the quaternion model: state ``q_nb`` and ``gyro_bias``, input ``gyro``, sensors ``accel`` and ``mag``.
 
     Navigation axes are magnetic north, east, down: the field has no east part, which keeps gains sparse; turn the
@@ -25,10 +18,7 @@ def attitude(
 
     Parameters
     ----------
-    gyro_density : gyro white noise, two-sided [rad/s/sqrt(Hz)].
-    gyro_bias_density : random walk of the gyro bias [rad/s^2/sqrt(Hz)].
-    accel_sd : accelerometer noise a sample, motion included [m/s^2].
-    mag_sd : magnetometer noise a sample, disturbances included [T].
+    noise : of gyro, accelerometer and magnetometer.
     field : strength of the magnetic field [T].
     dip_deg : angle of the field below the horizon [deg].
     """
@@ -37,10 +27,11 @@ def attitude(
         state=(Rotation("q_nb", error="n"), Vector("gyro_bias", "rad/s", frame="b")),
         inputs=(Vector("gyro", "rad/s", frame="b"),),
         noises=(
-            Noise("gyro_noise", "rad/s/sqrt(Hz)", gyro_density),
-            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", gyro_bias_density),
+            Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
+            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
+            Noise("gyro_scale_noise", "1/sqrt(Hz)", noise.gyro_scale_density),
         ),
-        sensors=(Sensor("accel", "m/s^2", accel_sd), Sensor("mag", "T", mag_sd)),
+        sensors=(Sensor("accel", "m/s^2", noise.accel_sd), Sensor("mag", "T", noise.mag_sd)),
         parameters={
             "gravity": STANDARD_GRAVITY,
             "mag_north": field * cos(radians(dip_deg)),
@@ -53,7 +44,11 @@ def attitude(
 
 
 def _equations(s: Symbols) -> Equations:
+    import sympy as sp
+
+    rate = s.gyro - s.gyro_bias
+    turning = sp.sqrt(rate.dot(rate))
     return Equations(
-        rates={"q_nb": s.gyro - s.gyro_bias - s.gyro_noise, "gyro_bias": s.gyro_bias_noise},
+        rates={"q_nb": rate - s.gyro_noise - turning * s.gyro_scale_noise, "gyro_bias": s.gyro_bias_noise},
         directions={"accel": (0, 0, -s.gravity), "mag": (s.mag_north, 0, s.mag_down)},
     )

@@ -6,22 +6,16 @@ from math import cos, radians, sin
 from typing import Any
 
 from robustnav.model import Equations, Model, Noise, Sensor, Symbols, Vector
-from robustnav.units import DEG, DPS, MICRO_TESLA, STANDARD_GRAVITY
+from robustnav.models.attitude_noise import AttitudeNoise
+from robustnav.units import DEG, DPS, STANDARD_GRAVITY
 
 
-def attitude_euler(
-    *,
-    gyro_density: float,
-    gyro_bias_density: float,
-    accel_sd: float,
-    mag_sd: float,
-    field: float = 48.0 * MICRO_TESLA,
-    dip_deg: float = 60.0,
-) -> Model:
+def attitude_euler(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Model:
     """Return the Euler-angle model: state ``euler`` (roll, pitch, yaw) and ``gyro_bias``.
 
     Kept as the reference form.  Singular at pitch +-90 deg; a constant gain on it loses its heading beyond +-90 deg
-    of yaw, because its residual is in body axes (docs/models.md, section 3).  Parameters as in ``attitude``.
+    of yaw, because its residual is in body axes (docs/models.md, section 3).  Parameters as in ``attitude``; noise in
+    proportion to the turn rate is not part of this model.
 
     Source: Kim, Tadiparthi, Bhattacharya, "Nonlinear Attitude Estimation for Small UAVs with Low Power
     Microprocessors", ACC 2020, with the accelerometer as specific force.
@@ -31,10 +25,10 @@ def attitude_euler(
         state=(Vector("euler", "rad"), Vector("gyro_bias", "rad/s")),
         inputs=(Vector("gyro", "rad/s"),),
         noises=(
-            Noise("gyro_noise", "rad/s/sqrt(Hz)", gyro_density),
-            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", gyro_bias_density),
+            Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
+            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
         ),
-        sensors=(Sensor("accel", "m/s^2", accel_sd), Sensor("mag", "T", mag_sd)),
+        sensors=(Sensor("accel", "m/s^2", noise.accel_sd), Sensor("mag", "T", noise.mag_sd)),
         parameters={
             "gravity": STANDARD_GRAVITY,
             "mag_north": field * cos(radians(dip_deg)),

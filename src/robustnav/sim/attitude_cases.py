@@ -9,8 +9,8 @@ from dataclasses import replace
 from math import cos, sin
 from typing import NamedTuple
 
+from robustnav.datasheet.presets import imu, magnetometer
 from robustnav.sim.batch import Environment, Sensors
-from robustnav.sim.presets import imu, magnetometer
 from robustnav.sim.sensor_errors import STUDY_ERRORS
 from robustnav.sim.trajectory import SineAttitude, case_one, case_two
 from robustnav.units import DEG, DPS, MICRO_G, MICRO_TESLA, STANDARD_GRAVITY

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robustnav.datasheet.sensors import Imu, Magnetometer, SensorSpec
 from robustnav.errors import InputError
 from robustnav.frames import Array
 from robustnav.records import Log, Stream, Truth
 from robustnav.sim.imu import true_gyro, true_specific_force
 from robustnav.sim.magnetometer import every, true_field
 from robustnav.sim.sensor_errors import Draws, ErrorSwitches, Sampled, active, corrupt
-from robustnav.sim.sensors import Imu, Magnetometer, SensorSpec
 from robustnav.sim.trajectory import Motion, Trajectory
 
 

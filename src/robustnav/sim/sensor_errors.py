@@ -11,8 +11,8 @@ from math import exp, pi, sqrt
 
 import numpy as np
 
+from robustnav.datasheet.sensors import SensorSpec
 from robustnav.frames import Array
-from robustnav.sim.sensors import SensorSpec
 
 INSTABILITY_TIME = 100.0  # s, assumed: data sheets give a level only
 GAUSS_MARKOV_PEAK = 0.6174  # highest Allan deviation over sd of a first-order Gauss-Markov process

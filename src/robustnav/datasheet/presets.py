@@ -13,8 +13,8 @@ from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from robustnav.datasheet.sensors import Imu, Magnetometer, SensorSpec
 from robustnav.errors import InputError
-from robustnav.sim.sensors import Imu, Magnetometer, SensorSpec
 from robustnav.units import DEG_PER_HOUR, DPS, MICRO_G, MICRO_TESLA, MILLI_G, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def _only(kind: str, path: Path) -> tuple[str, dict[str, Any]]:
 
 @lru_cache(maxsize=1)
 def _builtin() -> dict[str, dict[str, dict[str, Any]]]:
-    return _parse(files("robustnav.sim").joinpath("presets.toml").read_text(encoding="utf-8"), "presets.toml")
+    return _parse(files("robustnav.datasheet").joinpath("presets.toml").read_text(encoding="utf-8"), "presets.toml")
 
 
 def _spec(table: Mapping[str, Any], keys: Mapping[str, _Key]) -> SensorSpec:

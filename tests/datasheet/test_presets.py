@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from robustnav.datasheet.presets import imu, magnetometer, names
+from robustnav.datasheet.sensors import SensorSpec
 from robustnav.errors import InputError
-from robustnav.sim.presets import imu, magnetometer, names
-from robustnav.sim.sensors import SensorSpec
 
 DEG = pi / 180
 GOOD = """
@@ -92,7 +92,7 @@ def test_every_preset_loads_and_every_figure_has_a_source():
         assert imu(name).gyro.density and imu(name).accel.density and imu(name).document
     for name in names()["magnetometer"]:
         assert magnetometer(name).field.sample_sd(50.0) > 0
-    text = files("robustnav.sim").joinpath("presets.toml").read_text()
+    text = files("robustnav.datasheet").joinpath("presets.toml").read_text()
     bare = [line for line in text.splitlines() if line.startswith(("gyro_", "accel_", "mag_")) and "#" not in line]
     assert not bare
     for table in (table for kind in tomllib.loads(text).values() for table in kind.values()):
