@@ -17,6 +17,7 @@ GRAVITY = 9.81  # m/s^2, where the place is not known
 FORCE_UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "milli-g": STANDARD_GRAVITY / 1000}
 EARTH_FIELD = (22 * MICRO_TESLA, 67 * MICRO_TESLA)
 FIELD_UNITS = {"tesla": 1.0, "gauss": 1e-4, "microtesla": 1e-6, "milligauss": 1e-7, "nanotesla": 1e-9}
+SENSORS = ("gyro", "accel", "mag")  # they are noisy: a reading that never changes is no reading
 LONG_GAP = 1.0  # s
 MISSING = 0.1  # share of stretched intervals that is no longer a logger's hiccup
 RANGE_FLOOR = {"gyro": 100 * DPS, "accel": 15.0}  # no sensor's range ends below: less is noise standing still
@@ -67,20 +68,26 @@ def _readings(name: str, r: Readings, rows: int) -> Iterator[Finding]:
         return
     if r.missing:
         yield Finding("Q", _grave(r.missing > 0.05 * rows), f"{name} readings missing", f"{r.missing} of {rows} rows")
-    three = name in ("gyro", "accel", "mag")
-    if r.constant and three and rows > 1:
-        axes = " ".join("xyz"[k] for k in r.constant)
-        do = "the sensor or its driver is stuck: do not use it"
-        yield Finding("Q", "error", f"{name} stuck", f"axis {axes} never changes", "noise at least", do)
+    if r.constant and name in SENSORS:
+        got, do = f"axis {_axes(r.constant)} never changes", "the sensor or its driver is stuck: do not use it"
+        yield Finding("Q", "error", f"{name} stuck", got, "noise at least", do)
     elif r.held > 0.1 * rows:
         got, do = f"{r.held} of {rows} rows repeat the row before", "drop them, or each reading counts more than once"
         yield Finding("Q", _grave(r.held > 0.5 * rows), f"{name} readings held", got, "", do)
     if r.limited and r.limit > RANGE_FLOOR.get(name, np.inf):
-        axes = " ".join("xyz"[k] for k in r.limited)
         do = "set a wider range; an estimator must not use these samples"
         yield Finding(
-            "Q", "error", f"{name} at its limit", f"axis {axes} stands at {r.limit:.4g}", "below its range", do
+            "Q",
+            "error",
+            f"{name} at its limit",
+            f"axis {_axes(r.limited)} stands at {r.limit:.4g}",
+            "below its range",
+            do,
         )
+
+
+def _axes(numbers: tuple[int, ...]) -> str:
+    return " ".join("xyz"[k] if k < 3 else str(k) for k in numbers)
 
 
 def _grave(much: bool) -> Level:
