@@ -6,6 +6,7 @@ Where dynamics and outputs do not depend on the path, the whole Kalman gain sequ
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 from math import lcm
@@ -72,8 +73,47 @@ class GainTable:
     certificate: Certificate
 
 
+@dataclass(frozen=True)
+class Turning:
+    """Vectors of the state that the carrier swings through the design's axes, at rates the design does not know.
+
+    White turn rates of two-sided density ``intensity`` about every axis make the covariance P of such a vector
+    forget its direction, never its size: P' = intensity (tr(P) I - 3 P) (an isotropic random rotation).  As two
+    linear parts: the vector decays at the rate ``intensity``, and noise intensity (tr(P) I - P) comes in.
+
+    Parameters
+    ----------
+    vectors : where each vector lies in the state, three numbers each.
+    intensity : [rad^2/s]; a turn rate of standard deviation s and correlation time tau has 2 s^2 tau.
+    """
+
+    vectors: tuple[slice, ...]
+    intensity: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.intensity < np.inf:
+            got = f"{self.intensity} rad^2/s"
+            raise InputError("intensity of turning", got=got, expected="a finite number of at least zero")
+
+
+@dataclass(frozen=True)
+class Startup:
+    """What a start-up schedule is designed for.
+
+    Parameters
+    ----------
+    P0 : (n, n) covariance of the start error, the prior at tick 0.
+    sets : number of gain sets; fewer come back if the filter settles in fewer ticks.
+    turning : how the carrier may turn meanwhile, or None.
+    """
+
+    P0: ArrayLike
+    sets: int = 32
+    turning: Turning | None = None
+
+
 def gain_table(
-    F: ArrayLike, Q: ArrayLike, sensors: Sequence[SensorRows], dt: float, P0: ArrayLike | None = None, sets: int = 32
+    F: ArrayLike, Q: ArrayLike, sensors: Sequence[SensorRows], dt: float, startup: Startup | None = None
 ) -> GainTable:
     """Design the gains of a constant-gain filter, with a start-up schedule if the start covariance is given.
 
@@ -88,8 +128,7 @@ def gain_table(
     Q : (n, n) process-noise covariance of one tick.
     sensors : at most 8.
     dt : tick [s].
-    P0 : (n, n) covariance of the start error, the prior at tick 0; None designs the steady state only.
-    sets : number of sets with ``P0``; fewer come back if the filter settles in fewer ticks.
+    startup : None designs the steady state only.
 
     Raises
     ------
@@ -101,7 +140,7 @@ def gain_table(
     Anderson, Moore, Optimal Filtering (1979), chapters 4 and 6; Bittanti, Colaneri, Periodic Systems (2009).
     """
     system = _System(F, Q, sensors, dt)
-    optimum = PeriodicFlow([system.riccati(mask) for mask in system.masks])
+    optimum = PeriodicFlow(system.optimal())
     P_steady = optimum.fixed_point()
     seen, _ = optimum.visit(P_steady, 0, system.period)
     steady_gains = system.gains(seen)
@@ -109,15 +148,15 @@ def gain_table(
     certificate.require("the gain table")
     starts = [0]
     gains, covariances = [], []
-    if P0 is not None:
-        P = covariance(P0, system.n, "start covariance P0")
-        starts = _starts(_settling_ticks(optimum, P, P_steady), sets, system.period)
+    if startup is not None:
+        P = covariance(startup.P0, system.n, "start covariance P0")
+        starts = _starts(_settling_ticks(optimum, P, P_steady), startup.sets, system.period)
         for start, stop in pairwise(starts):
-            held_gains = system.gains(optimum.visit(P, start, stop)[0])
-            held = PeriodicFlow(system.held(held_gains))
-            seen, P = held.visit(P, start, stop)
+            local = system.turned(P, startup.turning)
+            held_gains = local.gains(PeriodicFlow(local.optimal()).visit(P, start, stop)[0])
+            seen, P = PeriodicFlow(local.held(held_gains)).visit(P, start, stop)
             gains.append(held_gains)
-            covariances.append(seen.mean(system.posteriors(held_gains, seen)))
+            covariances.append(seen.mean(local.posteriors(held_gains, seen)))
     times = np.maximum(np.array(starts) - 0.5, 0.0) * dt
     return GainTable(
         dt, times, np.array([*gains, steady_gains]), np.array([*covariances, steady_covariance]), certificate
@@ -152,6 +191,21 @@ class _System:
     def rows(self, mask: int) -> NDArray[np.intp]:
         """Return the indices of the rows of the sensors in ``mask``."""
         return np.flatnonzero(mask >> self.owner & 1)
+
+    def turned(self, P: Array, turning: Turning | None) -> _System:
+        """Return the system as it is near the covariance P (n, n) when its vectors turn."""
+        out = copy(self)
+        if turning is not None and turning.intensity > 0:
+            out.F, out.Q = self.F.copy(), self.Q.copy()
+            share = turning.intensity * self.dt
+            for part in turning.vectors:
+                out.F[part, part] *= 1 - share
+                out.Q[part, part] += share * (np.trace(P[part, part]) * np.eye(3) - P[part, part])
+        return out
+
+    def optimal(self) -> list[RiccatiMap]:
+        """Return the optimal prior-to-prior map of each phase."""
+        return [self.riccati(mask) for mask in self.masks]
 
     def riccati(self, mask: int) -> RiccatiMap:
         """Return the optimal map of a tick with the sensors in ``mask``."""

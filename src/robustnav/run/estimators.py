@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robustnav.design.certificates import Certificate
-from robustnav.design.schedule import GainTable, SensorRows, gain_table
+from robustnav.design.schedule import GainTable, SensorRows, Startup, Turning, gain_table
 from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import FilterSetup
 from robustnav.errors import InputError
@@ -83,6 +83,8 @@ class H2:
     start_sd : by block name, the standard deviations the start-up schedule is designed for; ``"steady"`` designs
         no schedule, None takes the model's own.
     sets : gain sets in the schedule.
+    turn_intensity : how much the carrier may turn while the filter starts, see ``design.schedule.Turning`` [rad^2/s];
+        used on models whose gain serves every attitude.  The default stands for 6 deg/s over a second.
 
     Raises
     ------
@@ -98,6 +100,7 @@ class H2:
         sensor_rates_hz: Mapping[str, float] | None = None,
         start_sd: Mapping[str, ArrayLike] | str | None = None,
         sets: int = 32,
+        turn_intensity: float = 0.02,
     ) -> None:
         if not (np.isfinite(rate_hz) and rate_hz > 0):
             raise InputError("rate_hz", got=str(rate_hz), expected="a rate above zero")
@@ -105,7 +108,9 @@ class H2:
         self.steady = isinstance(start_sd, str)
         if isinstance(start_sd, str) and start_sd != "steady":
             raise InputError("start_sd", got=repr(start_sd), expected="standard deviations by block, or 'steady'")
-        P0 = None if isinstance(start_sd, str) else model.start_covariance(start_sd)
+        startup = None
+        if not isinstance(start_sd, str):
+            startup = Startup(model.start_covariance(start_sd), sets, _turning(model, turn_intensity))
         functions = functions_of(model)
         x, u = model.nominal_state(), model.nominal_input()
         F, Q = functions.transition(x, u, 1.0 / rate_hz)
@@ -116,7 +121,7 @@ class H2:
         ]
         if rates:
             raise InputError("sensor_rates_hz", got=", ".join(rates), expected=", ".join(s.name for s in model.sensors))
-        self.table: GainTable = gain_table(F, Q, sensors, 1.0 / rate_hz, P0, sets)
+        self.table: GainTable = gain_table(F, Q, sensors, 1.0 / rate_hz, startup)
         _check_pattern(functions, self.table.gains)
 
     @property
@@ -142,6 +147,12 @@ class H2:
 
 
 Estimator = EKF | UKF | H2
+
+
+def _turning(model: Model, intensity: float) -> Turning | None:
+    if model.rotation is None or model.rotation.error != "n":
+        return None
+    return Turning(tuple(model.error_slices[b.name] for b in model.state if b.frame == "b"), intensity)
 
 
 def _every(name: str, sensor_hz: float, rate_hz: float) -> int:
