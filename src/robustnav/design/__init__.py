@@ -11,7 +11,7 @@ from robustnav.design.hinf import HinfDesign, hinf_norm, hinf_observer
 from robustnav.design.lmi import PolytopeDesign, h2_lmi, h2_lmi_polytope, h2_lmi_structured, hinf_lmi
 from robustnav.design.plant import Plant
 from robustnav.design.riccati import H2Design, h2_riccati
-from robustnav.design.schedule import GainTable, SensorRows, gain_table
+from robustnav.design.schedule import GainTable, SensorRows, Startup, Turning, gain_table
 
 __all__ = [
     "Certificate",
@@ -23,6 +23,8 @@ __all__ = [
     "PolytopeDesign",
     "RateHistoryCertificate",
     "SensorRows",
+    "Startup",
+    "Turning",
     "gain_table",
     "h2_lmi",
     "h2_lmi_polytope",

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robustnav.design.matrices import matrix, symmetric
 from robustnav.errors import EstimatorError, InputError
-from robustnav.records import Array
+from robustnav.records import Array, BoolArray
 
 
 class PathRows(NamedTuple):
@@ -88,7 +88,7 @@ def _updated(P: Array, H: Array, variance: Array, step: int) -> Array:
     return symmetric(left @ P @ np.swapaxes(left, -1, -2) + (K * variance) @ np.swapaxes(K, -1, -2))
 
 
-def _checked(update: PathRows, shape: tuple[int, ...], index: int) -> tuple[Array, Array, np.ndarray]:
+def _checked(update: PathRows, shape: tuple[int, ...], index: int) -> tuple[Array, Array, BoolArray]:
     """Return H with unused rows zeroed, variance (m,) and used (steps, ...) of one sensor."""
     place = f"update {index}"
     H = np.asarray(update.H, float)

@@ -20,6 +20,7 @@ from robustnav.records import Array, BoolArray
 
 _CONVERGED = 1e-13
 _MAX_DOUBLINGS = 48
+_BEYOND_ANY_UNIT = 1e100
 _WINDOWS = 5  # of one period, that stand for a long interval
 
 
@@ -135,18 +136,16 @@ class PeriodicFlow(Generic[M]):
 
     def fixed_point(self) -> Array:
         """Return the periodic steady-state prior (n, n) at phase 0, or raise ``EstimatorError`` if there is none."""
-        growing = 0
-        try:
-            for k in range(_MAX_DOUBLINGS):
-                P, after = self.doubled(k).offset, self.doubled(k + 1).offset
-                change = covariance_difference(P, after)
-                if change < _CONVERGED:
-                    return after
-                growing = int(np.argmax(np.diag(after) - np.diag(P)))
-                if not np.isfinite(change):
-                    break
-        except np.linalg.LinAlgError:
-            pass  # a covariance beyond floating point: the same verdict
+        growing, previous = 0, self.over_period.offset
+        for k in range(1, _MAX_DOUBLINGS):
+            P = self.doubled(k).offset
+            if covariance_difference(previous, P) < _CONVERGED:
+                return P
+            before = np.diag(previous)
+            growth = np.divide(np.diag(P), before, out=np.zeros(len(P)), where=before > 0)
+            growing, previous = int(np.argmax(growth)), P
+            if P.max() > _BEYOND_ANY_UNIT:  # the next doubling might overflow
+                break
         raise EstimatorError(
             "the error covariance has no steady state",
             got=f"the variance of state {growing} keeps growing",

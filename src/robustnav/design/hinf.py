@@ -9,7 +9,7 @@ import numpy as np
 from robustnav.design.certificates import Certificate, norm_reasons, residual_reasons
 from robustnav.design.matrices import modes
 from robustnav.design.plant import Plant
-from robustnav.design.riccati import RiccatiSolution, filter_riccati
+from robustnav.design.riccati import filter_riccati
 from robustnav.design.scaling import Scaling
 from robustnav.errors import EstimatorError, InputError
 from robustnav.records import Array
@@ -142,15 +142,16 @@ def _smallest_gamma(scaled: Plant) -> float:
     low = 0.0
     while high - low > _BISECTION * high:
         middle = (low + high) / 2
-        if _feasible(scaled, middle) is None:
-            low = middle
-        else:
+        if _feasible(scaled, middle):
             high = middle
+        else:
+            low = middle
     return high
 
 
-def _feasible(scaled: Plant, gamma: float) -> RiccatiSolution | None:
+def _feasible(scaled: Plant, gamma: float) -> bool:
     try:
-        return filter_riccati(scaled, gamma)
+        filter_riccati(scaled, gamma)
     except EstimatorError:
-        return None
+        return False
+    return True

@@ -24,6 +24,7 @@ from robustnav.records import Array, BoolArray
 
 _SOLVER_TOLERANCE = 1e-5  # relative excess over a bound that an interior-point solver leaves
 _SUBOPTIMAL = 1e-3  # relative distance from the Riccati optimum at which an LMI solution is refused
+_TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}  # gains err by the root of the gap
 _STRICT = 1e-7  # margin kept in "< 0", scaled units, where the bound is recomputed from X
 
 
@@ -273,7 +274,7 @@ def _solve(cp: Any, problem: Any) -> None:
         with warnings.catch_warnings():
             # "Solution may be inaccurate": every gain is certified afterwards, which says more.
             warnings.simplefilter("ignore", UserWarning)
-            problem.solve(solver=cp.CLARABEL)
+            problem.solve(solver=cp.CLARABEL, **_TIGHT)
     except cp.SolverError as why:
         raise EstimatorError("the semidefinite program was not solved", got=str(why)) from why
     if problem.status not in ("optimal", "optimal_inaccurate"):
