@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from robustnav.doctor import Diagnosis, Finding, examine
 from robustnav.doctor.axes import ALL_AXES, AxisMatch, axes_name, match_axes
@@ -243,3 +246,20 @@ def test_worst_is_the_highest_level_and_json_has_no_nan():
     assert found.to_dict()["facts"] == {"a": [1.0, None], "b": 3, "c": [None, "t"]}
     assert found.of("T") == (low,)
     assert found.at("error") == (high,)
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_any_numbers_are_examined(data):
+    """Whatever a reader lets through, the doctor answers with findings, never with a fault of its own."""
+    n = data.draw(st.integers(0, 30))
+    number = st.floats(-1e308, 1e308) | st.sampled_from([0.0, 1.0, -9.81, float("nan")])
+    streams = {}
+    for name, unit in (("gyro", "rad/s"), ("accel", "m/s^2"), ("mag", "T")):
+        t = np.sort(data.draw(arrays(float, n, elements=st.floats(-1e3, 1e3) | st.just(0.0))))
+        streams[name] = Stream(name, t, data.draw(arrays(float, (n, 3), elements=number)), unit)
+    q = quat_from_rotvec(data.draw(arrays(float, (n, 3), elements=st.floats(-3, 3))))
+    info = {"latitude_deg": data.draw(number), "longitude_deg": data.draw(number), "year": data.draw(number)}
+    truth = Truth(streams["gyro"].t, q, "optical", data.draw(st.sampled_from(["magnetic", "true"])))
+    for role in ("truth", "estimate"):
+        examine(Log(streams, "any", info=info, **{role: truth}))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
+import numpy as np
+
 from robustnav.doctor import judge_axes, judge_log, judge_sensors
 from robustnav.doctor.measure import Numbers, measure
 from robustnav.doctor.record import Diagnosis, Finding
@@ -32,6 +34,11 @@ def examine(log: Log) -> Diagnosis:
     Nothing is changed and no setting is needed.  Axes, signs of the gyro, scale and lag are judged only where the
     vehicle turned enough.  Time that goes backwards never gets here: ``Stream`` refuses it.
     """
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # absurd sizes are found, not stumbled over
+        return _examine(log)
+
+
+def _examine(log: Log) -> Diagnosis:
     numbers = measure(log)
     findings: list[Finding] = [*judge_sensors.judge_time(numbers), *judge_sensors.judge_readings(numbers)]
     for check in CHECKS:

@@ -20,6 +20,7 @@ from robustnav.logs.layout import SENSOR_UNITS
 from robustnav.logs.mapping import FACTORS, AttitudeColumns, Mapping, SensorColumns, TimeColumn, load_mapping
 from robustnav.records import Array, Log, Stream, Truth
 
+LONGEST = 9e9  # s, what 64 bits of nanoseconds hold
 NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 
 
@@ -59,6 +60,10 @@ def _time(cells: Cells, time: TimeColumn) -> tuple[Array, int]:
     values, _ = cells.numbers(time.column)
     check_order(cells, time.column, values)
     scale = NANOSECONDS[time.unit]
+    wild = np.flatnonzero(np.abs(values) > LONGEST / (scale * 1e-9))
+    if wild.size:
+        place = cells.place(time.column, int(wild[0]))
+        raise unusable(cells.path, f"{values[wild[0]]:g} {time.unit}", "a time within centuries of zero", place=place)
     try:
         stamps = np.array([int(cell) for cell in cells.text(time.column)], dtype=np.int64)
         origin = int(stamps[0]) * scale

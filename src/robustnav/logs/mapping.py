@@ -46,7 +46,7 @@ FACTORS = {
     "accel": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": MILLI_G},
     "mag": {"T": 1.0, "uT": MICRO_TESLA, "nT": NANO_TESLA, "G": GAUSS, "mG": MILLI_GAUSS},
 }
-Positive = Annotated[float, Field(gt=0, le=1e6)]
+Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
 
 
 class _Table(BaseModel):
