@@ -121,6 +121,13 @@ def test_another_estimate_is_never_called_an_error():
     assert evaluate(run_of(t, random_quats(4)), Truth(t, random_quats(4), kind="optical")).notes == ()
 
 
+def test_a_run_in_euler_angles_scores_as_its_quaternions_do():
+    t, angles = np.arange(5.0), np.random.default_rng(1).uniform(-1.4, 1.4, (5, 3))
+    truth = Truth(t, random_quats(5))
+    by_angles = evaluate(Run("ekf", "attitude_euler", t, {"euler": angles}, {}, {}), truth)
+    assert by_angles == evaluate(run_of(t, quat_from_euler(angles)), truth)
+
+
 def test_nothing_to_score_and_no_attitude_are_refused():
     t, q = np.arange(4.0), random_quats(4)
     with pytest.raises(InputError, match="nothing to score"):

@@ -20,7 +20,7 @@ ROWS = [
 
 def test_numbers_stand_under_each_other():
     assert text_table(ROWS).splitlines() == [
-        "estimator     total, deg  heading, deg  samples",
+        "Estimator     Total, deg  Heading, deg  Samples",
         "------------  ----------  ------------  -------",
         "H2                  1.81         0.700    48305",
         "MEKF, online       12.00           NaN        5",
@@ -37,8 +37,8 @@ def test_small_and_large_columns_keep_their_digits():
 
 
 def test_headings_name_the_unit_once():
-    assert heading("gyro_bias_dps") == "gyro bias, deg/s"
-    assert heading("samples") == "samples" and heading("s") == "s" and heading("mean_nis") == "mean nis"
+    assert heading("gyro_bias_dps") == "Gyro bias, deg/s"
+    assert heading("samples") == "Samples" and heading("s") == "S" and heading("mean_nis") == "Mean NIS"
 
 
 def test_json_has_null_for_nan_and_is_strict():

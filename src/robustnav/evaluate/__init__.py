@@ -1,6 +1,6 @@
 """Numbers from what an estimator said and what was true: errors, consistency, benchmark metrics, tables."""
 
-from robustnav.evaluate.attitude import AttitudeErrors, attitude_errors, evaluate
+from robustnav.evaluate.attitude import AttitudeErrors, attitude_errors, attitude_of, evaluate
 from robustnav.evaluate.broad import group_means, trial_group, trial_metric
 from robustnav.evaluate.consistency import Consistency, chi_square_band, consistency, nees, nis
 from robustnav.evaluate.monte_carlo import MonteCarlo, monte_carlo, settle_time
@@ -13,6 +13,7 @@ __all__ = [
     "MonteCarlo",
     "Reference",
     "attitude_errors",
+    "attitude_of",
     "chi_square_band",
     "consistency",
     "evaluate",

@@ -8,7 +8,14 @@ import numpy as np
 
 from robustnav.errors import InputError
 from robustnav.evaluate.reference import check_unit, reference_at
-from robustnav.frames import euler_from_quat, quat_conjugate, quat_multiply, rotvec_from_quat, wrap_angle
+from robustnav.frames import (
+    euler_from_quat,
+    quat_conjugate,
+    quat_from_euler,
+    quat_multiply,
+    rotvec_from_quat,
+    wrap_angle,
+)
 from robustnav.records import Array, BoolArray, Run, Score, Truth
 from robustnav.units import DEG
 
@@ -50,7 +57,7 @@ def attitude_errors(run: Run, truth: Truth) -> AttitudeErrors:
     ------
     InputError : no attitude in the run or the truth, or quaternions that are not of unit norm.
     """
-    q_est = _attitude(run)
+    q_est = attitude_of(run)
     reference = reference_at(truth, run.t)
     q_error = quat_multiply(q_est, quat_conjugate(reference.q_nb))
     w, x, y, z = q_error.T
@@ -66,6 +73,25 @@ def attitude_errors(run: Run, truth: Truth) -> AttitudeErrors:
     )
 
 
+def attitude_of(run: Run) -> Array:
+    """Return ``q_nb`` (n, 4) of a run, from its block ``q_nb`` or else from ``euler`` (roll, pitch, yaw).
+
+    Raises
+    ------
+    InputError : neither block, a wrong shape, or quaternions that are not of unit norm.
+    """
+    euler = run.state.get("euler")
+    q_nb = run.state.get("q_nb", None if euler is None else quat_from_euler(euler))
+    if q_nb is None or q_nb.shape != (len(run.t), 4):
+        raise InputError(
+            f"the run of {run.estimator} has no attitude",
+            got=f"state blocks {', '.join(run.state) or 'none'}" if q_nb is None else f"shape {q_nb.shape}",
+            expected=f"q_nb ({len(run.t)}, 4) or euler ({len(run.t)}, 3)",
+        )
+    check_unit(q_nb, f"q_nb of {run.estimator}")
+    return q_nb
+
+
 def evaluate(run: Run, truth: Truth, *, skip: float = 0.0) -> Score:
     """Return the attitude score of a run: root-mean-square errors in degrees and sample counts.
 
@@ -74,7 +100,7 @@ def evaluate(run: Run, truth: Truth, *, skip: float = 0.0) -> Score:
 
     Parameters
     ----------
-    run : needs the state block ``q_nb``.
+    run : needs the state block ``q_nb`` or ``euler``.
     truth : reference attitude; one of kind ``estimate`` is scored, and the notes say what that means.
     skip : seconds left out after the run's first time.
 
@@ -131,18 +157,6 @@ def _euler_deg(euler: Array) -> dict[str, float]:
         values[f"{name}_min_deg"] = float(error.min())
         values[f"{name}_max_deg"] = float(error.max())
     return values
-
-
-def _attitude(run: Run) -> Array:
-    q_nb = run.state.get("q_nb")
-    if q_nb is None or q_nb.shape != (len(run.t), 4):
-        raise InputError(
-            f"the run of {run.estimator} has no attitude",
-            got=f"state blocks {', '.join(run.state) or 'none'}" if q_nb is None else f"q_nb of shape {q_nb.shape}",
-            expected=f"q_nb of shape ({len(run.t)}, 4)",
-        )
-    check_unit(q_nb, f"q_nb of {run.estimator}")
-    return q_nb
 
 
 def _notes(t: Array, missing: BoolArray, scored: int, kind: str, skip: float) -> tuple[str, ...]:

@@ -57,7 +57,7 @@ def reference_at(truth: Truth, t: Array) -> Reference:
     span = truth.t[after] - truth.t[before]
     share = np.divide(t - truth.t[before], span, out=np.zeros(len(t)), where=span > 0)
     exact = t == truth.t[before]
-    inside = (t >= truth.t[0]) & (t <= truth.t[-1]) & (exact | (span <= _longest_interval(truth.t)))
+    inside = (t >= truth.t[0]) & (t <= truth.t[-1]) & (exact | (span <= longest_interval(truth.t)))
     turn_b = rotvec_from_quat(quat_multiply(quat_conjugate(truth.q_nb[before]), truth.q_nb[after]))
     between = quat_multiply(truth.q_nb[before], quat_from_rotvec(share[:, None] * turn_b))
     q_nb = np.where(exact[:, None], truth.q_nb[before], between)
@@ -77,7 +77,14 @@ def check_unit(q: Array, thing: str) -> None:
         )
 
 
-def _longest_interval(t: Array) -> float:
+def gaps(t: Array) -> Array:
+    """Return start and end (k, 2) of the intervals of times ``t`` (n,) that are gaps [s]."""
+    after = np.flatnonzero(np.diff(t) > longest_interval(t))
+    return np.column_stack([t[after], t[after + 1]])
+
+
+def longest_interval(t: Array) -> float:
+    """Return the longest interval of times ``t`` (n,) [s] that is no gap; zero with no two distinct times."""
     steps = np.diff(t)
     steps = steps[steps > 0]
     # The small slack keeps three nominal intervals inside the limit in spite of rounding.

@@ -27,6 +27,8 @@ UNITS = {
     "percent": "%",
 }
 
+ACRONYMS = ("rms", "nis", "nees", "pcrb", "imu")
+
 
 def columns_of(rows: Sequence[Row]) -> list[str]:
     """Return the names of all columns in the order of their first appearance."""
@@ -34,9 +36,11 @@ def columns_of(rows: Sequence[Row]) -> list[str]:
 
 
 def heading(name: str) -> str:
-    """Return a heading of a column name: ``total_deg`` becomes ``total, deg``."""
+    """Return a heading of a column name: ``total_rms_deg`` becomes ``Total RMS, deg``."""
     words, _, last = name.rpartition("_")
-    return f"{words.replace('_', ' ')}, {UNITS[last]}" if words and last in UNITS else name.replace("_", " ")
+    words, unit = (words, f", {UNITS[last]}") if words and last in UNITS else (name, "")
+    text = " ".join(word.upper() if word in ACRONYMS else word for word in words.split("_"))
+    return text[:1].upper() + text[1:] + unit
 
 
 def is_number(value: object) -> bool:
