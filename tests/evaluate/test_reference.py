@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from robustnav.errors import InputError
 from robustnav.evaluate import reference_at
+from robustnav.evaluate.reference import gaps
 from robustnav.frames import quat_from_rotvec, quat_multiply, rotation_error
 from robustnav.records import Truth
 
@@ -73,3 +74,9 @@ def test_a_reference_off_unit_norm_is_refused_with_its_row():
     q[3] *= 1.01
     with pytest.raises(InputError, match="row 3"):
         reference_at(Truth(t, q), t)
+
+
+def test_a_gap_is_longer_than_three_median_intervals():
+    t = np.cumsum([0.0, 1, 1, 1, 3, 1, 3.1, 1, 1])
+    assert gaps(t).tolist() == [[7.0, pytest.approx(10.1)]]
+    assert gaps(t[:1]).shape == (0, 2) and gaps(np.zeros(4)).shape == (0, 2)
