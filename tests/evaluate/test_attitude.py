@@ -128,6 +128,14 @@ def test_a_run_in_euler_angles_scores_as_its_quaternions_do():
     assert by_angles == evaluate(run_of(t, quat_from_euler(angles)), truth)
 
 
+def test_steep_pitch_warns_of_roll_and_yaw():
+    t = np.arange(3.0)
+    for pitch_deg, warned in ((70, False), (-80, True)):
+        q = quat_from_euler(np.array([[0, pitch_deg * DEG, 0]] * 3))
+        notes = evaluate(run_of(t, q), Truth(t, q)).notes
+        assert any("pitch reaches 80 deg" in note for note in notes) is warned
+
+
 def test_nothing_to_score_and_no_attitude_are_refused():
     t, q = np.arange(4.0), random_quats(4)
     with pytest.raises(InputError, match="nothing to score"):

@@ -49,6 +49,8 @@ def test_error_band_states_the_share_inside_from_all_data(make_sample):
     assert max(len(drawn(line)[0]) for line in lines(plot)) <= 2000
     small = figures.error_band(run.t[:10], error[:10])
     assert small.caption == "Attitude error."
+    late = np.where(run.t[:, None] < 20, np.nan, error)
+    assert figures.error_band(run.t, late).figure.axes[0].get_xlim() == (run.t[0], run.t[-1])
     nothing = figures.error_band(run.t[:10], error[:10] * np.nan, run.sd["q_nb"][:10])
     assert "no sample" in nothing.caption
 

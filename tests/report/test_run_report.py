@@ -62,6 +62,8 @@ def test_a_good_run_passes_and_each_fault_is_named(make_sample):
     assert "too little" in judge(make_sample(scale=0.3)[0], score).reasons[0]
     assert judge(run, score, DIAGNOSIS).reasons == ("Doctor: gaps in accel: 2 gaps <b>.",)
     assert judge(run, None).text.endswith("there is no reference to score it against.")
+    untested = judge(replace(run, innovations={}), score)
+    assert untested.level == "info" and "not tested" in untested.reasons[0]
     bad = Diagnosis("x", (Finding("G", "error", "gravity", "up"),))
     assert judge(run, score, bad).level == "error"
 

@@ -19,6 +19,7 @@ from robustnav.frames import (
 from robustnav.records import Array, BoolArray, Run, Score, Truth
 from robustnav.units import DEG
 
+STEEP = 75 * DEG  # of pitch; beyond it a small rotation is a large difference of roll and yaw
 NOT_AN_ERROR = "difference from another estimator, not an error"
 
 
@@ -136,7 +137,7 @@ def evaluate(run: Run, truth: Truth, *, skip: float = 0.0) -> Score:
         reference=truth.kind + (f", {truth.accuracy}" if truth.accuracy else ""),
         values=values,
         samples=int(scored.sum()),
-        notes=_notes(errors.t, missing, int(scored.sum()), truth.kind, skip),
+        notes=_notes(errors.t, missing, int(scored.sum()), truth.kind, skip) + _steep(attitude_of(run)[scored]),
     )
 
 
@@ -169,3 +170,11 @@ def _notes(t: Array, missing: BoolArray, scored: int, kind: str, skip: float) ->
     if skip > 0:
         notes.append(f"the first {skip:g} s are left out")
     return tuple(notes)
+
+
+def _steep(q_nb: Array) -> tuple[str, ...]:
+    pitch = np.abs(euler_from_quat(q_nb)[:, 1])
+    steepest = float(np.max(pitch[np.isfinite(pitch)], initial=0.0))
+    if steepest < STEEP:
+        return ()
+    return (f"pitch reaches {steepest / DEG:.0f} deg: judge by total, heading and inclination, not by roll and yaw",)

@@ -21,6 +21,7 @@ from robustnav.report.write import write_whole
 
 Level = Literal["ok", "info", "warning", "error"]
 LEVEL_WORDS: dict[Level, str] = {"ok": "Passed", "info": "Note", "warning": "Warning", "error": "Failed"}
+VERDICT_WORDS = LEVEL_WORDS | {"info": "Result"}
 
 # The policy makes a browser refuse what should not be there in the first place.
 _HEAD = """<!DOCTYPE html>
@@ -76,10 +77,10 @@ class Page:
         self._parts.append(f"<p>{escape(text)}</p>")
 
     def verdict(self, level: Level, text: str, reasons: Iterable[str] = ()) -> None:
-        """Add the verdict: one sentence, and the reasons as a list."""
+        """Add the verdict: one sentence, and the reasons as a list; ``info`` is a result that nothing has tested."""
         items = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
         self._parts.append(
-            f'<div class="verdict {level}"><p><strong>{LEVEL_WORDS[level]}:</strong> {escape(text)}</p>'
+            f'<div class="verdict {level}"><p><strong>{VERDICT_WORDS[level]}:</strong> {escape(text)}</p>'
             + (f"<ul>{items}</ul>" if items else "")
             + "</div>"
         )

@@ -23,7 +23,11 @@ MAX_NIS_FACTOR = 2.0  # mean NIS over its expectation, up or down; innovations o
 
 @dataclass(frozen=True)
 class Verdict:
-    """``level``: ``error`` is not to be used, ``warning`` is to be read with its ``reasons``, else ``ok``."""
+    """What a run is worth.
+
+    ``level``: ``error`` is not to be used, ``warning`` is to be read with its ``reasons``, ``info`` has no covariance
+    that could be tested, ``ok`` passed.
+    """
 
     level: Level
     text: str
@@ -46,6 +50,8 @@ def judge(run: Run, score: Score | None, diagnosis: Diagnosis | None = None) -> 
         failures += [f"Doctor: {one.thing}: {one.got}." for one in diagnosis.at("error")]
         doubts += [f"Doctor: {one.thing}: {one.got}." for one in diagnosis.at("warning")]
     level: Level = "error" if failures else "warning" if doubts else "ok"
+    if level == "ok" and not any(_has_nis(data) for data in run.innovations.values()):
+        level, doubts = "info", ["No innovation has a predicted variance: consistency is not tested."]
     return Verdict(level, _sentence(run, score), tuple(failures + doubts))
 
 

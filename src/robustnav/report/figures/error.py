@@ -37,6 +37,8 @@ def error_band(t: Array, error: Array, sd: Array | None = None, names: tuple[str
         fewer |= trace(axes, t, error_deg, color=ESTIMATE, linewidth=0.9, label="Error")
         _limit(axes, error_deg, None if sd is None else 3 * sd[:, k] / DEG)
         label_value(axes, f"{name}, deg")
+    if np.ptp(t) > 0:
+        rows[-1].set_xlim(t[0], t[-1])  # also where there is no reference
     label_time(rows[-1])
     figure.align_ylabels(rows)
     add_legend(figure, rows[0])
