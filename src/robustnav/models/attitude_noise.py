@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import hypot, sqrt
 
 from robustnav.datasheet import imu as imu_preset
 from robustnav.datasheet import magnetometer as magnetometer_preset
@@ -53,6 +53,10 @@ class AttitudeNoise:
             accel_sd=unit.accel.sample_sd(rate_hz),
             mag_sd=mag_sd if mag_sd is not None else field.field.sample_sd(rate_hz),
         )
+
+    def turning(self, rate: float) -> AttitudeNoise:
+        """Return noise with what a turn at ``rate`` [rad/s] adds to the gyro's, for a gain that cannot follow it."""
+        return replace(self, gyro_density=hypot(self.gyro_density, self.gyro_scale_density * rate))
 
     def moving(self, rate_hz: float, mag_rate_hz: float, field: float) -> AttitudeNoise:
         """Return noise for a carrier that moves and turns, its own motion standing in for the data sheet's figures.

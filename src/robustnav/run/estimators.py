@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,10 @@ from robustnav.errors import InputError
 from robustnav.filter.ukf import Spread
 from robustnav.frames import Array
 from robustnav.model.blocks import Model
+
+
+def _form(model: Model) -> str:
+    return "-euler" if model.name == "attitude_euler" else ""
 
 
 def _gates(model: Model, gates: Mapping[str, float]) -> Array:
@@ -43,8 +47,8 @@ class EKF:
 
     @property
     def name(self) -> str:
-        """``mekf`` on quaternion models, else ``ekf``."""
-        return "mekf" if self.model.rotation else "ekf"
+        """``mekf`` on quaternion models, else ``ekf``, with ``-euler`` on the published model."""
+        return "mekf" if self.model.rotation else "ekf" + _form(self.model)
 
     def setup(self, x: Array, P: Array) -> FilterSetup:
         """Return what a filter is started with: state (nx,) and covariance (ne, ne)."""
@@ -84,7 +88,8 @@ class H2:
         no schedule, None takes the model's own.
     sets : gain sets in the schedule.
     turn_intensity : how much the carrier may turn while the filter starts, see ``design.schedule.Turning`` [rad^2/s];
-        used on models whose gain serves every attitude.  The default stands for 6 deg/s over a second.
+        used on models whose gain serves every attitude.  With white noise alone it speeds a start in motion up;
+        where the carrier's own accelerations disturb the accelerometer, leave it at zero.
 
     Raises
     ------
@@ -100,7 +105,7 @@ class H2:
         sensor_rates_hz: Mapping[str, float] | None = None,
         start_sd: Mapping[str, ArrayLike] | str | None = None,
         sets: int = 32,
-        turn_intensity: float = 0.02,
+        turn_intensity: float = 0.0,
     ) -> None:
         if not (np.isfinite(rate_hz) and rate_hz > 0):
             raise InputError("rate_hz", got=str(rate_hz), expected="a rate above zero")
@@ -126,8 +131,8 @@ class H2:
 
     @property
     def name(self) -> str:
-        """``h2``."""
-        return "h2"
+        """``h2``, with ``-euler`` on the published model."""
+        return "h2" + _form(self.model)
 
     @property
     def certificate(self) -> Certificate:
@@ -176,8 +181,3 @@ def _check_pattern(functions: Any, gains: Array) -> None:
             got=f"an entry {dropped.max():.3g} where the compiled model has none",
             expected="a gain designed at the model's nominal point",
         )
-
-
-def names(estimators: Sequence[Estimator]) -> list[str]:
-    """Return the estimators' names."""
-    return [e.name for e in estimators]

@@ -1,0 +1,192 @@
+"""The attitude study: both published cases under three start protocols, and the turns that separate the forms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from robustnav.errors import InputError
+from robustnav.evaluate import Consistency
+from robustnav.frames import rotation_error
+from robustnav.records import Array
+from robustnav.run.ensemble import run_ensemble
+from robustnav.sim.attitude_cases import assumptions
+from robustnav.sim.batch import Batch
+from robustnav.sim.trajectory import SineAttitude, Trajectory, full_roll_and_pitch, steady_turn
+from robustnav.studies.attitude_runs import (
+    Progress,
+    ProtocolResult,
+    attitudes,
+    mekf_consistency,
+    readings,
+    run_protocol,
+    simulated,
+    start_errors,
+    starts,
+)
+from robustnav.studies.attitude_setting import (
+    CASES,
+    ESTIMATORS,
+    PROTOCOLS,
+    PUBLISHED,
+    Lineup,
+    lineup,
+    vibrating_noise,
+    vibrating_sensors,
+)
+from robustnav.units import DEG, DPS
+
+LEAST_SEEDS = 20
+TURN_SEEDS = 20
+RATE_HZ = 100.0
+HELD = "heading held at 170 deg, 180 s"
+SHAKEN = "the same turn, 600 s, vibrating multicopter"
+TURNS: dict[str, Trajectory] = {
+    "steady 20 deg/s yaw turn, 180 s": steady_turn(20 * DPS, 180.0, RATE_HZ),
+    SHAKEN: steady_turn(20 * DPS, 600.0, RATE_HZ),
+    HELD: SineAttitude((0.0, 0.0, 170 * DEG), (0.0, 0.0, 1e-9), (0.0, 0.0, 0.5 * np.pi), 180.0, RATE_HZ),
+    "full roll, pitch through 90 deg": full_roll_and_pitch(10.0, RATE_HZ),
+}
+
+
+@dataclass(frozen=True)
+class AttitudeStudy:
+    """All numbers of the study.
+
+    ``cases`` by case and protocol; ``consistency`` of the mekf by case: statistic -> (test, values (runs, n));
+    ``turns`` by manoeuvre and estimator: RMS of the total error [deg]; ``turn_errors`` the same over time (n,) [deg].
+    """
+
+    seeds: int
+    seed: int
+    cases: dict[str, dict[str, ProtocolResult]]
+    consistency: dict[str, dict[str, tuple[Consistency, Array]]]
+    turns: dict[str, dict[str, float]]
+    turn_errors: dict[str, tuple[Array, dict[str, Array]]]
+
+
+def steps_of(seeds: int) -> int:
+    """Return how often ``progress`` will be called."""
+    return len(CASES) * seeds * (len(PROTOCOLS) * len(ESTIMATORS) + 1) + len(TURNS) * len(ESTIMATORS) * TURN_SEEDS
+
+
+def attitude_study(seeds: int = 200, seed: int = 1, progress: Progress = lambda: None) -> AttitudeStudy:
+    """Run the study.
+
+    Parameters
+    ----------
+    seeds : independent runs a case, 20 or more.
+    seed : fixes every random number.
+    progress : called after every run, ``steps_of(seeds)`` times.
+
+    Raises
+    ------
+    InputError : fewer than 20 seeds.
+    """
+    if seeds < LEAST_SEEDS:
+        raise InputError("seeds", got=str(seeds), expected=f"{LEAST_SEEDS} or more")
+    cases, consistency = {}, {}
+    for name, trajectory in CASES.items():
+        batch = simulated(trajectory, seeds, seed)
+        cases[name] = {p: run_protocol(trajectory, batch, p, seed, progress) for p in PROTOCOLS}
+        consistency[name] = mekf_consistency(batch, seed, progress)
+    turns, errors = {}, {}
+    for name, motion in TURNS.items():
+        shaken = name == SHAKEN
+        batch = simulated(motion, TURN_SEEDS, seed, vibrating_sensors(RATE_HZ) if shaken else None)
+        total = _turn(batch, lineup("warm", RATE_HZ, vibrating_noise() if shaken else None), seed, progress)
+        turns[name] = {k: float(np.sqrt(np.mean(v**2)) / DEG) for k, v in total.items()}
+        errors[name] = (batch.t, {k: np.sqrt(np.mean(v**2, axis=0)) / DEG for k, v in total.items()})
+    return AttitudeStudy(seeds, seed, cases, consistency, turns, errors)
+
+
+def _turn(batch: Batch, line: Lineup, seed: int, progress: Progress) -> dict[str, Array]:
+    """Return the total error (runs, n) [rad] of every estimator on a manoeuvre."""
+    errors = start_errors(line, len(batch.runs), seed)
+    out = {}
+    for name, estimator in line.estimators.items():
+        begin = starts(estimator.model, batch, line, errors)
+        ensemble = run_ensemble(estimator, readings(batch), begin, progress=progress)
+        q = attitudes(estimator.model, ensemble)
+        out[name] = np.linalg.norm(rotation_error(q, np.broadcast_to(batch.q_nb, q.shape)), axis=-1)
+    return out
+
+
+def results(study: AttitudeStudy) -> dict[str, object]:
+    """Return the study as the plain numbers of ``results.json``."""
+    cases: dict[str, object] = {}
+    for name, protocols in study.cases.items():
+        entry: dict[str, object] = {}
+        for protocol, result in protocols.items():
+            rows: dict[str, object] = {
+                k: {
+                    "rms_deg": s.rms_deg,
+                    "rms_low_deg": s.low_deg,
+                    "rms_high_deg": s.high_deg,
+                    "min_deg": s.min_deg,
+                    "max_deg": s.max_deg,
+                    "settle_1deg_s": float(np.median(s.settle_s)),
+                    "ns_per_step": result.ns_per_step[k],
+                }
+                for k, s in result.scores.items()
+            }
+            if result.bound_deg is not None:
+                rows["bound"] = {"rms_deg": result.bound_deg}
+            entry[protocol] = rows
+        tests = {k: vars(test) for k, (test, _) in study.consistency[name].items()}
+        cases[name] = {"published": PUBLISHED[name], "protocols": entry, "mekf_consistency": tests}
+    return {
+        "study": "attitude",
+        "seeds": study.seeds,
+        "seed": study.seed,
+        "axes": ["roll", "pitch", "yaw"],
+        "protocols": PROTOCOLS,
+        "cases": cases,
+        "turns": {name: {k: {"rms_total_deg": v} for k, v in row.items()} for name, row in study.turns.items()},
+        "assumptions": [a._asdict() for a in assumptions()],
+    }
+
+
+def write_study(study: AttitudeStudy, folder: str | Path, command: str) -> Path:
+    """Write ``results.json`` and ``report.html`` into a folder and return the page's path."""
+    import json
+
+    from robustnav.evaluate.tables import plain
+    from robustnav.report.write import write_whole
+    from robustnav.studies.attitude_report import page
+
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
+    text = json.dumps(plain(results(study)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    html = page(study, command).html()
+    write_whole(folder / "results.json", text)
+    write_whole(folder / "report.html", html)
+    return folder / "report.html"
+
+
+def summary_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, object]]:
+    """Return one row an estimator, published figures and the bound below, for a table."""
+    result = study.cases[case][protocol]
+    rows: list[dict[str, object]] = []
+    for name, score in result.scores.items():
+        row: dict[str, object] = {"estimator": name}
+        row |= {f"{axis}_rms_deg": float(v) for axis, v in zip(("roll", "pitch", "yaw"), score.rms_deg, strict=True)}
+        row["over_bound"] = None if result.bound_deg is None else float(np.max(score.rms_deg / result.bound_deg))
+        for axis, low, high in zip(("roll", "pitch", "yaw"), score.min_deg, score.max_deg, strict=True):
+            row[f"{axis}_range_deg"] = f"[{low:.3f}, {high:.3f}]"
+        row["to_1deg_s"] = float(np.median(score.settle_s))
+        row["ns_per_step"] = round(result.ns_per_step[name])
+        rows.append(row)
+    if result.bound_deg is not None:
+        axes = zip(("roll", "pitch", "yaw"), result.bound_deg, strict=True)
+        rows.append({"estimator": "bound"} | {f"{axis}_rms_deg": float(v) for axis, v in axes})
+    for name, figures in PUBLISHED[case].items():
+        row = {"estimator": f"published {name}"}
+        axes3 = zip(("roll", "pitch", "yaw"), figures["rms_deg"], figures["min_deg"], figures["max_deg"], strict=True)
+        for axis, rms, low, high in axes3:
+            row |= {f"{axis}_rms_deg": rms, f"{axis}_range_deg": f"[{low:.3f}, {high:.3f}]"}
+        rows.append(row)
+    return rows
