@@ -248,7 +248,7 @@ def test_worst_is_the_highest_level_and_json_has_no_nan():
     assert found.at("error") == (high,)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 @given(data=st.data())
 def test_any_numbers_are_examined(data):
     """Whatever a reader lets through, the doctor answers with findings, never with a fault of its own."""
@@ -256,7 +256,7 @@ def test_any_numbers_are_examined(data):
     number = st.floats(-1e308, 1e308) | st.sampled_from([0.0, 1.0, -9.81, float("nan")])
     streams = {}
     for name, unit in (("gyro", "rad/s"), ("accel", "m/s^2"), ("mag", "T")):
-        t = np.sort(data.draw(arrays(float, n, elements=st.floats(-1e3, 1e3) | st.just(0.0))))
+        t = np.sort(data.draw(arrays(float, n, elements=st.floats(-1e300, 1e300) | st.floats(-9, 9))))
         streams[name] = Stream(name, t, data.draw(arrays(float, (n, 3), elements=number)), unit)
     q = quat_from_rotvec(data.draw(arrays(float, (n, 3), elements=st.floats(-3, 3))))
     info = {"latitude_deg": data.draw(number), "longitude_deg": data.draw(number), "year": data.draw(number)}

@@ -1,6 +1,7 @@
 """PX4 ULog: traps of the format on files made here, and the public recordings."""
 
 import os
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,12 @@ def test_new_magnetometer_topic_counts_from_when_it_was_measured(ulog):
     log = read(ulog({"sensor_combined": ulog.imu(old=False), "vehicle_magnetometer": (fields, rows)}))
     np.testing.assert_allclose(log.streams["mag"].t, 0.004 + 0.02 * np.arange(5), atol=1e-12)
     np.testing.assert_allclose(log.streams["mag"].values[0], [2e-5, 0, 4e-5], rtol=1e-6)
+
+
+def test_a_signalling_nan_is_a_missing_reading(ulog):
+    path = ulog({"sensor_combined": ulog.imu()})
+    path.write_bytes(path.read_bytes().replace(struct.pack("<f", -9.75), b"\x00\x00\x81\x7f", 1))
+    assert np.isnan(read(path).streams["accel"].values[0]).tolist() == [False, False, True]
 
 
 def test_invalid_relative_stamps_drop_the_reading(ulog):

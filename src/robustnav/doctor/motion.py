@@ -84,15 +84,17 @@ def motion(gyro: Stream) -> Motion | None:
 
 
 def _peak(t: Array, angle: Array) -> float:
-    """Return the largest half-second mean rate [rad/s] of the integrated angle (n, 3)."""
-    grid = np.arange(t[0], t[-1] + 0.25, 0.5)
-    steps = [np.diff(np.interp(grid, t, angle[:, axis])) for axis in range(angle.shape[1])]
-    return float(np.linalg.norm(steps, axis=0).max(initial=0.0)) / 0.5
+    """Return the largest mean rate [rad/s] over half a second, or over one interval where that is longer."""
+    later = np.minimum(np.searchsorted(t, t + 0.5), len(t) - 1)
+    span = t[later] - t
+    whole = span >= min(0.5, t[-1] - t[0])
+    return float(np.max(np.linalg.norm(angle[later] - angle, axis=1)[whole] / span[whole], initial=0.0))
 
 
 def _quietest(t: Array, rate: Array) -> tuple[float, Array, Array]:
     """Return start [s], mean and standard deviation (3,) of the window of ``QUIET_SPAN`` with the least variance."""
-    rows = min(len(t), max(2, round(QUIET_SPAN / float(np.median(np.diff(t)[np.diff(t) > 0])))))
+    dt = np.diff(t)
+    rows = int(np.clip(np.round(QUIET_SPAN / np.median(dt[dt > 0])), 2, len(t)))
     starts = np.arange(0, len(t) - rows + 1, max(1, rows // 5))
     # Running sums about the median: a constant offset would cost the variance its digits.
     about = rate - np.median(rate, axis=0)

@@ -12,6 +12,7 @@ from robustnav.doctor.motion import running_integral, whole_rows
 from robustnav.records import Array, Stream
 
 WINDOW = 0.2  # s
+MOST_WINDOWS = 100  # for each gyro sample: beyond, the stamps are wild and nearly all windows empty
 FEW = 10  # window pairs below which nothing is said
 
 
@@ -56,9 +57,10 @@ def _steps(gyro: Stream, vector: Stream) -> tuple[Array, Array, Array]:
     if len(t) < 2 or len(tv) < 2:
         return empty, empty, empty
     start, stop = max(t[0], tv[0]), min(t[-1], tv[-1])
-    count = int((stop - start) / WINDOW)
-    if count < 2:
+    windows = (stop - start) / WINDOW
+    if not 2 <= windows <= MOST_WINDOWS * len(t):
         return empty, empty, empty
+    count = int(windows)
     angle = _window_means(t, running_integral(t, rate), start, count)
     u = _window_means(tv, v, start, count)
     with np.errstate(invalid="ignore"):

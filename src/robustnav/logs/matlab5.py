@@ -114,4 +114,6 @@ def _variable(body: bytes, order: str) -> tuple[str, Variable]:
     dtype = np.dtype(order + TYPES[kind])
     if len(shape) != 2 or min(shape) < 0 or shape[0] * shape[1] * dtype.itemsize != len(content):
         raise Damage(f"{len(content)} bytes for variable {name!r} of shape {shape}")
-    return name, Variable("real", np.array(np.frombuffer(content, dtype).reshape(shape, order="F"), float, order="C"))
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+        values = np.array(np.frombuffer(content, dtype).reshape(shape, order="F"), float, order="C")
+    return name, Variable("real", values)

@@ -40,7 +40,8 @@ class Topic:
         """Return one field as numbers (n,)."""
         if field not in self.columns:
             raise unusable(self.path, f"fields {', '.join(self.columns)}", f"a field {field!r}", place=self.name)
-        return np.asarray(self.columns[field], float)
+        with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+            return np.asarray(self.columns[field], float)
 
     def vector(self, field: str, size: int) -> Array:
         """Return the fields ``field[0]`` ... as (n, size)."""
