@@ -154,6 +154,8 @@ def test_motion_of_a_known_swing():
     out = motion(gyro(t, rate + 0.01))
     np.testing.assert_allclose(out.swept_deg, [np.rad2deg(1.0), 0, 0], atol=0.1)
     assert out.unchecked == ("y", "z")
+    # The fastest half second lies about the top of the half sine: 0.25 s to either side of it.
+    assert out.peak_dps == pytest.approx(np.rad2deg(2 * np.sin(np.pi * 0.25) / 2 / 0.5), rel=0.01)
     assert not out.enough
     assert 5 <= out.moving_from_s < 5.1
     assert 6.9 < out.moving_to_s <= 7

@@ -21,8 +21,6 @@ FUZZ = settings(
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
-    max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
 HEADS = [
     b"",
     b"ULog\x01\x12\x35\x01" + bytes(8),

@@ -25,8 +25,8 @@ UNIT_BAND = 1.3  # a ratio within this factor of a unit's is that unit
 BODY_TURNS = {"+x-y-z": "FLU instead of FRD, or the reverse", "-x-y+z": "half a turn about z"}
 
 
-def _vector(v: Array, unit: float = 1.0) -> str:
-    return "(" + ", ".join(f"{x:.3f}" for x in v / unit) + ")"
+def _vector(v: Array) -> str:
+    return "(" + ", ".join(f"{x:.3f}" for x in v) + ")"
 
 
 def lag_explains(t: Turning) -> bool:
