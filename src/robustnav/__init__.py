@@ -1,3 +1,59 @@
-"""Robust state estimators for small drones and inertial navigation."""
+"""Robust state estimators for small drones and inertial navigation.
+
+>>> import robustnav as rn
+>>> log = rn.logs.read("flight.ulg")                          # doctest: +SKIP
+>>> run = rn.run_recorded("h2", log, rn.Sensors("mpu9250", "ak8963"))   # doctest: +SKIP
+>>> rn.evaluate(run, log.estimate)                            # doctest: +SKIP
+
+Heavy parts (SymPy, SciPy, matplotlib, cvxpy) load only when a function needs them.
+"""
 
 __version__ = "0.1.0"
+
+from robustnav import datasheet, doctor, frames, logs, model, models, sim, units
+from robustnav.errors import EstimatorError, InputError, MissingExtra, RobustnavError
+from robustnav.evaluate import evaluate
+from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
+from robustnav.records import Innovations, Log, Run, Score, Stream, Truth
+from robustnav.report import report
+from robustnav.run import EKF, H2, UKF, Start, run, stream
+from robustnav.run.recorded import Sensors, estimator_for, run_recorded
+
+__all__ = [
+    "EKF",
+    "H2",
+    "UKF",
+    "Equations",
+    "EstimatorError",
+    "Innovations",
+    "InputError",
+    "Log",
+    "MissingExtra",
+    "Model",
+    "Noise",
+    "RobustnavError",
+    "Rotation",
+    "Run",
+    "Score",
+    "Sensor",
+    "Sensors",
+    "Start",
+    "Stream",
+    "Symbols",
+    "Truth",
+    "Vector",
+    "datasheet",
+    "doctor",
+    "estimator_for",
+    "evaluate",
+    "frames",
+    "logs",
+    "model",
+    "models",
+    "report",
+    "run",
+    "run_recorded",
+    "sim",
+    "stream",
+    "units",
+]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robustnav.errors import InputError
 from robustnav.evaluate import Consistency
@@ -38,6 +39,7 @@ from robustnav.studies.attitude_setting import (
 )
 from robustnav.units import DEG, DPS
 
+AXES = ("roll", "pitch", "yaw")
 LEAST_SEEDS = 20
 TURN_SEEDS = 20
 RATE_HZ = 100.0
@@ -141,7 +143,7 @@ def results(study: AttitudeStudy) -> dict[str, object]:
         "study": "attitude",
         "seeds": study.seeds,
         "seed": study.seed,
-        "axes": ["roll", "pitch", "yaw"],
+        "axes": AXES,
         "protocols": PROTOCOLS,
         "cases": cases,
         "turns": {name: {k: {"rms_total_deg": v} for k, v in row.items()} for name, row in study.turns.items()},
@@ -167,26 +169,32 @@ def write_study(study: AttitudeStudy, folder: str | Path, command: str) -> Path:
     return folder / "report.html"
 
 
-def summary_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, object]]:
-    """Return one row an estimator, published figures and the bound below, for a table."""
+def rms_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, object]]:
+    """Return a row an estimator, the bound and the published figures below: RMS by axis, over the bound, time."""
     result = study.cases[case][protocol]
     rows: list[dict[str, object]] = []
     for name, score in result.scores.items():
-        row: dict[str, object] = {"estimator": name}
-        row |= {f"{axis}_rms_deg": float(v) for axis, v in zip(("roll", "pitch", "yaw"), score.rms_deg, strict=True)}
+        row = {"estimator": name} | _by_axis("rms_deg", score.rms_deg)
         row["over_bound"] = None if result.bound_deg is None else float(np.max(score.rms_deg / result.bound_deg))
-        for axis, low, high in zip(("roll", "pitch", "yaw"), score.min_deg, score.max_deg, strict=True):
-            row[f"{axis}_range_deg"] = f"[{low:.3f}, {high:.3f}]"
-        row["to_1deg_s"] = float(np.median(score.settle_s))
-        row["ns_per_step"] = round(result.ns_per_step[name])
-        rows.append(row)
+        rows.append(row | {"to_1deg_s": float(np.median(score.settle_s)), "ns_per_step": result.ns_per_step[name]})
     if result.bound_deg is not None:
-        axes = zip(("roll", "pitch", "yaw"), result.bound_deg, strict=True)
-        rows.append({"estimator": "bound"} | {f"{axis}_rms_deg": float(v) for axis, v in axes})
-    for name, figures in PUBLISHED[case].items():
-        row = {"estimator": f"published {name}"}
-        axes3 = zip(("roll", "pitch", "yaw"), figures["rms_deg"], figures["min_deg"], figures["max_deg"], strict=True)
-        for axis, rms, low, high in axes3:
-            row |= {f"{axis}_rms_deg": rms, f"{axis}_range_deg": f"[{low:.3f}, {high:.3f}]"}
-        rows.append(row)
-    return rows
+        rows.append({"estimator": "bound"} | _by_axis("rms_deg", result.bound_deg))
+    return rows + [
+        {"estimator": f"published {k}"} | _by_axis("rms_deg", v["rms_deg"]) for k, v in PUBLISHED[case].items()
+    ]
+
+
+def range_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, object]]:
+    """Return a row an estimator, published ones below: smallest and largest error by axis over all runs."""
+    scores = study.cases[case][protocol].scores
+    figures: dict[str, tuple[ArrayLike, ArrayLike]]
+    figures = {name: (score.min_deg, score.max_deg) for name, score in scores.items()}
+    figures |= {f"published {k}": (v["min_deg"], v["max_deg"]) for k, v in PUBLISHED[case].items()}
+    return [
+        {"estimator": name} | _by_axis("min_deg", low) | _by_axis("max_deg", high)
+        for name, (low, high) in figures.items()
+    ]
+
+
+def _by_axis(what: str, values: ArrayLike) -> dict[str, object]:
+    return {f"{axis}_{what}": float(v) for axis, v in zip(AXES, np.asarray(values, float), strict=True)}

@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from robustnav.frames import euler_from_quat
-from robustnav.records import Run, Truth
+from robustnav.records import Array, Run, Truth
 from robustnav.report import figures
 from robustnav.report.figures.comparison import Comparison
 from robustnav.report.page import Level, Page, Tile
 from robustnav.report.run_report import versions
 from robustnav.run import H2
 from robustnav.sim.attitude_cases import assumptions
-from robustnav.studies.attitude import HELD, AttitudeStudy, summary_rows
-from robustnav.studies.attitude_setting import CASES, PROTOCOLS, PUBLISHED, TURN_INTENSITY, lineup
+from robustnav.studies.attitude import AXES, HELD, RATE_HZ, AttitudeStudy, range_rows, rms_rows
+from robustnav.studies.attitude_setting import CASES, PROTOCOLS, PUBLISHED, TURN_INTENSITY, euler_from_rotation, lineup
 from robustnav.units import DEG
 
-AXES = ("roll", "pitch", "yaw")
 STATES = ("eps_N", "eps_E", "eps_D", "beta_N", "beta_E", "beta_D")
 READINGS = ("f_N", "f_E", "m_N", "m_E", "m_D")
 TITLES = {"I": "Case I: slow, 50 s, angles below 30 deg", "II": "Case II: fast, 10 s, angles above 30 deg"}
@@ -76,18 +75,16 @@ def _verdict(out: Page, study: AttitudeStudy) -> None:
 def _case(out: Page, study: AttitudeStudy, case: str) -> None:
     out.section(TITLES[case])
     for protocol, meaning in PROTOCOLS.items():
-        rows = summary_rows(study, case, protocol)
-        caption = (
-            f"Protocol {protocol}: {meaning}. {study.seeds} seeds; min-max over all of them; over_bound: worst axis."
-        )
-        out.table(rows, caption)
+        caption = f"Protocol {protocol}: {meaning}. {study.seeds} seeds; over bound: worst axis; to 1 deg: median."
+        out.table(rms_rows(study, case, protocol), caption)
+        out.table(range_rows(study, case, protocol), f"Protocol {protocol}: smallest and largest error over all seeds.")
     motion = CASES[case].sample()
     warm, cold = study.cases[case]["warm"], study.cases[case]["cold"]
     example = warm.example["h2"] + euler_from_quat(motion.q_nb)
     run = Run("h2", "attitude_euler", motion.t, {"euler": example}, {}, {})
     out.figure(figures.attitude(run, Truth(motion.t, motion.q_nb)))
     names = tuple(a.capitalize() for a in AXES)
-    out.figure(figures.error_band(warm.t, warm.example["h2"], warm.bound_sd, names))
+    out.figure(figures.error_band(warm.t, warm.example["h2"], _claimed(case), names))
     rms = {k: [float(v) for v in s.rms_deg] for k, s in warm.scores.items()}
     bound = None if warm.bound_deg is None else [float(v) for v in warm.bound_deg]
     out.figure(figures.comparison(Comparison(AXES, rms, bound, {})))
@@ -97,6 +94,18 @@ def _case(out: Page, study: AttitudeStudy, case: str) -> None:
     for name in ("h2", "mekf"):
         label = f"{name}, cold: error, deg"
         out.figure(figures.percentile_band(cold.t, cold.total[name] / DEG, label, log=True))
+
+
+def _claimed(case: str) -> Array:
+    """Return what the steady h2 claims as standard deviation of roll, pitch, yaw (n, 3) [rad] along a case."""
+    motion = CASES[case].sample()
+    h2 = lineup("warm", RATE_HZ).estimators["h2"]
+    if not isinstance(h2, H2):
+        raise TypeError("the line-up's h2 is an H2")
+    M = euler_from_rotation(euler_from_quat(motion.q_nb))
+    P = M @ h2.covariance_at(motion.t)[:, :3, :3] @ np.swapaxes(M, -1, -2)
+    sd: Array = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))
+    return sd
 
 
 def _turns(out: Page, study: AttitudeStudy) -> None:
@@ -128,7 +137,7 @@ def _consistency(out: Page, study: AttitudeStudy) -> None:
 
 def _gains(out: Page) -> None:
     out.section("The start-up schedule of h2")
-    h2 = lineup("cold", 100.0).estimators["h2"]
+    h2 = lineup("cold", RATE_HZ).estimators["h2"]
     if not isinstance(h2, H2):
         raise TypeError("the line-up's h2 is an H2")
     table, certificate = h2.table, h2.certificate

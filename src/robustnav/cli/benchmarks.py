@@ -1,0 +1,81 @@
+"""``benchmark``: accuracy on public recordings and speed, beside the peers that are installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from robustnav.cli.recordings import split
+from robustnav.cli.show import note, progress, say_json, say_table
+
+benchmark = App(name="benchmark", help="Accuracy and speed beside the peers that are installed.")
+Flag = Annotated[bool, Parameter(negative="")]
+
+
+@benchmark.command
+def broad(
+    folder: Path,
+    *,
+    estimators: str | None = None,
+    imu: str = "mpu9250",
+    magnetometer: str = "ak8963",
+    json: Flag = False,
+    quiet: Flag = False,
+) -> None:
+    """Score estimators on the BROAD trials in a folder with the benchmark's own metric.
+
+    Parameters
+    ----------
+    folder
+        Folder with the trials' .mat files.
+    estimators
+        Names with commas; default: h2, mekf and every peer installed.
+    imu
+        Data-sheet preset of the IMU.
+    magnetometer
+        Data-sheet preset of the magnetometer.
+    json
+        Print one JSON document.
+    quiet
+        No progress bar.
+    """
+    from robustnav.benchmark import broad as bench
+    from robustnav.run.recorded import Sensors
+
+    names = split(estimators) if estimators else bench.default_estimators()
+    trials = bench.trial_files(folder)
+    with progress("BROAD", len(trials) * len(names), quiet=quiet) as step:
+        results = bench.benchmark_broad(folder, names, sensors=Sensors(imu, magnetometer), progress=step)
+    if json:
+        say_json(results)
+        return
+    say_table("RMSE by trial, degrees", bench.trial_rows(results))
+    say_table("Mean RMSE over trials, degrees", bench.group_rows(results))
+    if missing := results.get("missing_peers"):
+        note(f"peers not installed: {', '.join(missing)}")
+
+
+@benchmark.command
+def speed(*, seconds: float = 1.0, json: Flag = False, quiet: Flag = False) -> None:
+    """Time every estimator and every installed peer side by side, on one thread.
+
+    Parameters
+    ----------
+    seconds
+        Time spent on each row.
+    json
+        Print one JSON document.
+    quiet
+        No progress bar.
+    """
+    from robustnav.benchmark import speed as bench
+
+    with progress("timing", bench.steps_of(), quiet=quiet) as step:
+        results = bench.benchmark_speed(seconds=seconds, progress=step)
+    if json:
+        say_json(results)
+        return
+    for title, rows in bench.tables(results):
+        say_table(title, rows)

@@ -1,0 +1,134 @@
+"""Verbs that need no recording: ``demo`` and ``simulate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from robustnav.cli.show import note, progress, say, say_json, say_table
+from robustnav.errors import InputError
+
+demo = App(name="demo", help="Rebuild a published study and write its page.")
+Motion = Literal["case-one", "case-two", "steady-turn", "full-roll"]
+
+
+@demo.command
+def attitude(
+    *,
+    out: Path = Path("out/attitude"),
+    seeds: int = 200,
+    seed: int = 1,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Run the attitude study: extended H2 filter, EKF, quaternion H2 and MEKF on the two published cases.
+
+    Parameters
+    ----------
+    out
+        Folder for report.html and results.json.
+    seeds
+        Independent runs a case.
+    seed
+        Fixes every random number.
+    json
+        Print results.json instead of tables.
+    quiet
+        No progress bar.
+    """
+    from robustnav.studies.attitude import attitude_study, results, rms_rows, steps_of, write_study
+
+    with progress("attitude study", steps_of(seeds), quiet=quiet) as step:
+        study = attitude_study(seeds, seed, step)
+    page = write_study(study, out, f"robustnav demo attitude --seeds {seeds} --seed {seed}")
+    if json:
+        say_json(results(study))
+        note(f"report: {page}")
+        return
+    for case, protocols in study.cases.items():
+        for protocol in protocols:
+            say_table(f"Case {case}, protocol {protocol}, {seeds} seeds", rms_rows(study, case, protocol))
+    turns = [{"manoeuvre": k} | {f"{n}_rms_deg": v for n, v in row.items()} for k, row in study.turns.items()]
+    say_table("RMS of the total attitude error", turns)
+    say(f"\nreport: {page}")
+
+
+def simulate(
+    *,
+    motion: Motion = "case-one",
+    imu: str = "mpu9250",
+    magnetometer: str = "ak8963",
+    runs: int = 1,
+    seed: int = 1,
+    errors: Literal["study", "all", "none"] = "all",
+    out: Path = Path("out/simulated"),
+    json: Annotated[bool, Parameter(negative="")] = False,
+    quiet: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Simulate IMU and magnetometer along a motion and write one table a run, with its truth.
+
+    Parameters
+    ----------
+    motion
+        Which motion.
+    imu
+        Data-sheet preset of gyro and accelerometer, or a TOML file.
+    magnetometer
+        Data-sheet preset of the magnetometer, or a TOML file.
+    runs
+        Number of runs.
+    seed
+        Fixes every random number.
+    errors
+        Which sensor errors: white noise and bias walk only, all that the data sheet states, or none.
+    out
+        Folder for run_0000.csv, run_0001.csv, ...
+    json
+        Print what was written as JSON.
+    quiet
+        No progress bar.
+    """
+    from dataclasses import replace
+
+    from robustnav import datasheet
+    from robustnav.logs.table_write import write_table
+    from robustnav.sim import attitude_cases, sensor_errors, trajectory
+    from robustnav.sim.batch import Sensors
+    from robustnav.sim.batch import simulate as simulate_batch
+    from robustnav.units import DPS
+
+    motions: dict[str, trajectory.Trajectory] = {
+        "case-one": trajectory.case_one(),
+        "case-two": trajectory.case_two(),
+        "steady-turn": trajectory.steady_turn(20 * DPS, 60.0, 100.0),
+        "full-roll": trajectory.full_roll_and_pitch(10.0, 100.0),
+    }
+    switches = {
+        "study": sensor_errors.STUDY_ERRORS,
+        "all": sensor_errors.ALL_ERRORS,
+        "none": sensor_errors.NO_ERRORS,
+    }
+    if runs < 1:
+        raise InputError("runs", got=str(runs), expected="1 or more")
+    study = attitude_cases.sensors()
+    unit = datasheet.imu(imu)
+    if unit.gyro.random_walk is None:
+        unit = replace(unit, gyro=replace(unit.gyro, random_walk=study.imu.gyro.random_walk))
+    carried = Sensors(unit, datasheet.magnetometer(magnetometer), switches[errors])
+    chosen = motions[motion]
+    written: list[str] = []
+    with progress("simulating", runs, quiet=quiet) as step:
+        for i in range(runs):
+            batch = simulate_batch(chosen, carried, attitude_cases.environment(), runs=range(i, i + 1), seed=seed)
+            path = out / f"run_{i:04d}.csv"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_table(batch.log(i), path)
+            written.append(str(path))
+            step()
+    if json:
+        say_json({"motion": motion, "imu": imu, "magnetometer": magnetometer, "seed": seed, "files": written})
+    else:
+        say(f"{runs} run{'s' if runs > 1 else ''} of {motion} with {imu} and {magnetometer}: {written[0]} ...")
+        say(f"next: robustnav run {written[0]} --estimator h2")
