@@ -182,7 +182,7 @@ class _Generator:
             r, H = [a - b for a, b in zip(z, h, strict=True)], self.derivation.on_error(h)
             if sensor.wraps:
                 r = [se.Function("rn_wrap")(e) for e in r]
-        keep = [i for i, row in enumerate(H) if any(e != 0 for e in row)]
+        keep = self.derivation.rows(sensor.name)
         return [r[i] for i in keep], [H[i] for i in keep]
 
     def _measure(self, sensor: Sensor) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from robustnav.errors import InputError, MissingExtra
-from robustnav.model.blocks import Block, Equations, Model, Rotation, Symbols
+from robustnav.model.blocks import Equations, Model, Rotation, Symbols
 
 Exprs = list[Any]
 Rows = list[list[Any]]
@@ -85,24 +85,37 @@ class Derivation:
         self.x, self.u, self.w = columns["s"], columns["u"], columns["w"]
         self.p = [se.Symbol(f"p_{name}") for name in model.parameters]
         equations = model.equations(Symbols(entries))
-        self.rates = self._collect("rate", equations.rates, {b.name: _rate_size(b) for b in model.state})
+        self._check_names(equations)
+        self.rates = self._collect("rate", equations.rates, {b.name: b.error_size for b in model.state})
         self.directions = self._collect("direction", equations.directions, dict.fromkeys(equations.directions, 3))
         self.h = self._sensors(equations)
+
+    def _check_names(self, equations: Equations) -> None:
+        blocks, sensors = {b.name for b in self.model.state}, {s.name for s in self.model.sensors}
+        spare = [*(set(equations.rates) - blocks), *({*equations.sensors, *equations.directions} - sensors)]
+        if spare:
+            raise InputError(
+                f"model {self.model.name!r}",
+                got=f"an equation for {', '.join(map(repr, sorted(spare)))}",
+                expected=f"names among {', '.join([*sorted(blocks), *sorted(sensors)])}",
+            )
 
     def _collect(self, what: str, given: Any, sizes: dict[str, int]) -> dict[str, Exprs]:
         import symengine as se
 
+        known = {*self.x, *self.p, *([*self.u, *self.w] if what == "rate" else [])}
         out = {}
         for name, size in sizes.items():
             if name not in given:
                 raise InputError(f"model {self.model.name!r}", got=f"no {what} for {name!r}", expected=f"a {what} each")
-            values = [se.sympify(e) for e in given[name]]
+            values = [se.sympify(e) for e in (given[name] if hasattr(given[name], "__len__") else [given[name]])]
+            place = f"{what} of {name!r} in model {self.model.name!r}"
             if len(values) != size:
-                raise InputError(
-                    f"{what} of {name!r} in model {self.model.name!r}",
-                    got=f"{len(values)} expressions",
-                    expected=f"{size}",
-                )
+                raise InputError(place, got=f"{len(values)} expressions", expected=f"{size}")
+            strange = sorted({str(s) for e in values for s in e.free_symbols - known})
+            if strange:
+                allowed = "state, input, noise and parameters" if what == "rate" else "state and parameters"
+                raise InputError(place, got=f"the symbol {', '.join(strange)}", expected=f"only the model's {allowed}")
             out[name] = values
         return out
 
@@ -131,6 +144,11 @@ class Derivation:
         """Whether a sensor is compared in navigation axes: a direction, with the attitude error kept there."""
         rotation = self.model.rotation
         return sensor in self.directions and rotation is not None and rotation.error == "n"
+
+    def rows(self, sensor: str) -> list[int]:
+        """Return which numbers of a reading tell of the state, by structure: the rows it is fused as."""
+        H = skew(self.directions[sensor]) if self.in_navigation(sensor) else self.on_error(self.h[sensor])
+        return [i for i, row in enumerate(H) if any(e != 0 for e in row)]
 
     def retraction(self, x: Exprs) -> Rows:
         """Return d(x [+] e)/de at e = 0, shape (nx, ne)."""
@@ -199,12 +217,17 @@ class Derivation:
 
 
 def jacobian(expressions: Exprs, symbols: Exprs) -> Rows:
-    """Return the derivative of expressions on symbols as rows."""
-    return [[e.diff(s) for s in symbols] for e in expressions]
+    """Return the derivative of expressions on symbols as rows.
 
-
-def _rate_size(block: Block) -> int:
-    return 3 if isinstance(block, Rotation) else block.size
+    Raises
+    ------
+    InputError : an expression has no derivative in closed form, as the absolute value of a state.
+    """
+    out = [[e.diff(s) for s in symbols] for e in expressions]
+    for e, row in zip(expressions, out, strict=True):
+        if any("Derivative" in str(d) for d in row):
+            raise InputError("no derivative", place=str(e)[:80], do="write abs(v) as sqrt(v**2 + small**2)")
+    return out
 
 
 def _quaternion_rows(q: Exprs, error: str) -> Rows:

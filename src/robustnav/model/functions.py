@@ -70,6 +70,7 @@ class NumericModel:
             for s in model.sensors
         ]
         self._H = [_evaluator(symbols, derivation.on_error(derivation.h[s.name])) for s in model.sensors]
+        self._rows = [derivation.rows(s.name) for s in model.sensors]
         self._no_input = np.zeros(model.input_size)
 
     def propagate(self, x: Array, u: Array, dt: float) -> Array:
@@ -144,22 +145,22 @@ class NumericModel:
         """Return measured minus predicted; direction sensors in navigation axes, without rows that see nothing."""
         v = self._direction(sensor, x)
         if v is None:
-            r = np.asarray(z, float) - self.measure(sensor, x)
+            r = (np.asarray(z, float) - self.measure(sensor, x))[self._rows[sensor]]
             return wrap_angle(r) if self.model.sensors[sensor].wraps else r
         rotation = self.model.rotation
         q_nb = x[self.model.state_slices[rotation.name]] if rotation else x
-        rows: Array = (matrix_from_quat(q_nb) @ z - v)[skew(v).any(axis=1)]
+        rows: Array = (matrix_from_quat(q_nb) @ z - v)[self._rows[sensor]]
         return rows
 
     def jacobian(self, sensor: int, x: Array) -> Array:
         """Return the Jacobian (rows, ne) of the predicted rows on the error."""
         v = self._direction(sensor, x)
         if v is None:
-            return self._H[sensor](x, self._no_input, self._parameters)
+            return self._H[sensor](x, self._no_input, self._parameters)[self._rows[sensor]]
         H = np.zeros((3, self.model.error_size))
         if self.model.rotation is not None:
             H[:, self.model.error_slices[self.model.rotation.name]] = skew(v)
-        return H[skew(v).any(axis=1)]
+        return H[self._rows[sensor]]
 
     def _direction(self, sensor: int, x: Array) -> Array | None:
         evaluate = self._v[sensor]

@@ -19,7 +19,6 @@ _FUNCTIONS = {
     "acos": "rn_acos",
     "atan": "rn_atan",
     "atan2": "rn_atan2",
-    "exp": "rn_exp",
     "log": "rn_log",
     "Abs": "rn_abs",
 }
@@ -46,20 +45,28 @@ def print_c(expression: Any) -> str:
     if kind == "Symbol":
         return str(expression)
     if expression.is_Number or kind in ("Pi", "Exp1"):
-        return constant(float(expression))
+        return constant(_real(expression))
     if kind == "Add":
         return _print_sum(expression)
     if kind == "Mul":
         return _print_product(expression)
     if kind == "Pow":
-        return _print_power(*expression.args)
+        base, exponent = expression.args
+        return f"rn_exp({print_c(exponent)})" if type(base).__name__ == "Exp1" else _print_power(base, exponent)
     if kind == "FunctionSymbol" and expression.get_name() == "rn_wrap":
         return f"rn_wrap({print_c(expression.args[0])})"
     if kind in _FUNCTIONS:
         return f"{_FUNCTIONS[kind]}({', '.join(print_c(a) for a in expression.args)})"
     raise InputError(
-        f"cannot print {kind} as C", place=str(expression)[:80], expected=f"+, *, powers, {', '.join(_FUNCTIONS)}"
+        f"cannot print {kind} as C", place=str(expression)[:80], expected=f"+, *, powers, exp, {', '.join(_FUNCTIONS)}"
     )
+
+
+def _real(number: Any) -> float:
+    try:
+        return float(number)
+    except RuntimeError as why:
+        raise InputError("constant in a model", got=str(number), expected="a real number") from why
 
 
 def _print_sum(expression: Any) -> str:
@@ -81,10 +88,10 @@ def _print_product(expression: Any) -> str:
     above: list[str] = []
     below: list[str] = []
     for factor in sorted(expression.args, key=str):
-        if type(factor).__name__ == "Pow" and factor.args[1].is_Number and float(factor.args[1]) < 0:
-            below.append(_print_power(factor.args[0], -factor.args[1]))
+        if type(factor).__name__ == "Pow" and factor.args[1].is_Number and _negative(factor.args[1]):
+            below.append(print_c(1 / factor))
         elif factor.is_Number:
-            above.insert(0, constant(float(factor)))
+            above.insert(0, constant(_real(factor)))
         else:
             above.append(_factor(factor))
     top = " * ".join(above) or constant(1.0)
@@ -125,5 +132,5 @@ def _factor(expression: Any) -> str:
 
 def _negative(expression: Any) -> bool:
     if expression.is_Number:
-        return float(expression) < 0
-    return type(expression).__name__ == "Mul" and any(a.is_Number and float(a) < 0 for a in expression.args)
+        return _real(expression) < 0
+    return type(expression).__name__ == "Mul" and any(a.is_Number and _real(a) < 0 for a in expression.args)
