@@ -9,14 +9,15 @@ void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const rea
     const RN(sensor) *one = &m->sensors[sensor];
     const size_t bytes = (size_t)RN_PACKED(m->ne) * sizeof(real);
     real before[RN_PACKED(RN_MAX_STATE)], dx[RN_MAX_STATE];
-    const int gated = gate < (real)INFINITY;
-    if (gated) memcpy(before, P, bytes);
+    memcpy(before, P, bytes);
     const int refused = one->update(x, P, z, variance, p, dx, seen->nu, seen->s);
     seen->nis = R(0.0);
     for (int i = 0; i < one->rows; i++) seen->nis += seen->nu[i] * seen->nu[i] / seen->s[i];
-    seen->used = refused == 0 && !(gated && !(seen->nis <= gate));
-    if (gated && !seen->used) memcpy(P, before, bytes);
-    if (refused < one->rows && (seen->used || !gated)) m->inject(x, dx);
+    seen->used = refused == 0 && seen->nis <= gate && seen->nis < (real)INFINITY;
+    if (seen->used)
+        m->inject(x, dx);
+    else
+        memcpy(P, before, bytes);
 }
 
 void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *r)

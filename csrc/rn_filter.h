@@ -19,7 +19,8 @@ typedef struct {
     real cov_centre;  /* the same + 1 - alpha^2 + beta */
 } RN(unscented);
 
-/* Extended Kalman update: P and x change unless nis > gate (gate: INFINITY for none). */
+/* Extended Kalman update: P and x change unless nis > gate (gate: INFINITY for none), nis is
+ * not finite or P has lost definiteness: then nothing changes and seen->used is 0. */
 void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const real *z, real variance, real gate,
                     const real *p, RN(seen) * seen);
 

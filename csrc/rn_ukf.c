@@ -161,7 +161,7 @@ void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, re
     if (whiten(S, C, seen->nu, y, rows, n)) return;
     seen->nis = R(0.0);
     for (int a = 0; a < rows; a++) seen->nis += y[a] * y[a];
-    if (!(seen->nis <= gate)) return;
+    if (!(seen->nis <= gate && seen->nis < (real)INFINITY)) return;
     seen->used = 1;
     for (int i = 0, k = 0; i < n; i++) {
         dx[i] = R(0.0);

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robustnav.engine.filters import FilterSetup, Output, SensorData, SensorSeen
-from robustnav.errors import InputError
+from robustnav.errors import EstimatorError, InputError
 from robustnav.filter import ekf, fixed_gain, ukf
 from robustnav.filter.steps import Seen, pack, unpack
 from robustnav.frames import Array
@@ -54,6 +54,10 @@ class ReferenceFilter:
                 raise InputError("filter input", got=str(values[0]), expected="finite numbers")
             self._predict(u, float(dt))
         readings = {j: np.asarray(z, float) for j, z in enumerate(values[1:]) if z is not None}
+        for j, z in readings.items():
+            size = self.model.model.sensors[j].size
+            if z.shape != (size,):
+                raise InputError(self.model.model.sensors[j].name, got=f"shape {z.shape}", expected=f"{size} numbers")
         self._correct({j: z for j, z in readings.items() if np.isfinite(z).all()})
 
     def run(
@@ -113,10 +117,14 @@ class ReferenceFilter:
 
     def _predict(self, u: Array, dt: float) -> None:
         self._elapsed += dt
+        self._time += dt
         if self.setup.kind == "fixed":
             self._x = self.model.propagate(self._x, u, dt)
         elif self.setup.kind == "ukf":
-            self._x, self._P = ukf.predict(self.model, (self._x, self._P), u, dt, self.setup.spread)
+            try:
+                self._x, self._P = ukf.predict(self.model, (self._x, self._P), u, dt, self.setup.spread)
+            except EstimatorError:
+                self._P[0, 0] = np.nan  # a covariance that lost definiteness stays visible, as in the kernel
         else:
             self._x, self._P = ekf.predict(self.model, self._x, self._P, u, dt)
 
@@ -135,7 +143,11 @@ class ReferenceFilter:
         for j, z in readings.items():
             belief, gate = (self._x, self._P), float(setup.gates[j])
             if setup.kind == "ukf":
-                self._x, self._P, out[j] = ukf.update(self.model, j, belief, z, setup.spread, gate)
+                try:
+                    self._x, self._P, out[j] = ukf.update(self.model, j, belief, z, setup.spread, gate)
+                except EstimatorError:
+                    none = np.full(len(self.model.jacobian(j, self._x)), np.nan)
+                    out[j] = Seen(none, none, float("nan"), False)
             else:
                 self._x, self._P, out[j] = ekf.update(self.model, j, belief, z, gate)
         return out

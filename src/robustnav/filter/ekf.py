@@ -27,7 +27,7 @@ def update(
     sensor : its position in the model.
     belief : state x (nx,) and covariance P (ne, ne).
     z : the reading (size,), finite.
-    gate : largest accepted sum of nu^2 / s; above it the belief stays as it was.
+    gate : largest accepted sum of nu^2 / s; above it, or if it is not finite, the belief stays as it was.
 
     Returns
     -------
@@ -50,6 +50,6 @@ def update(
         dx = dx + gain * nu[i]
         left = left - np.outer(gain, PH)
     nis = float(np.sum(nu**2 / s))
-    if refused or not nis <= gate:
+    if refused or not (nis <= gate and np.isfinite(nis)):
         return x, P, Seen(nu, s, nis, False)
     return model.inject(x, dx), (left + left.T) / 2, Seen(nu, s, nis, True)

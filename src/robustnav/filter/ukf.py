@@ -78,7 +78,7 @@ def update(
     cross = -offsets.T @ (w_cov[:, None] * apart)  # the residual falls as the prediction rises
     gain = np.linalg.solve(S, cross.T).T
     nis = float(nu @ np.linalg.solve(S, nu))
-    seen = Seen(nu, np.diag(S).copy(), nis, nis <= gate)
+    seen = Seen(nu, np.diag(S).copy(), nis, bool(nis <= gate and np.isfinite(nis)))
     if not seen.used:
         return x, P, seen
     P = P - gain @ S @ gain.T
