@@ -66,8 +66,9 @@ static int info(const void *opaque, rn_info *out)
 static int call(const void *opaque, int what, int sensor, const double *const in[], double dt, double *const out[])
 {
     const RN(model) *m = opaque;
-    real x[RN_MAX_STATE], a[RN_MAX_STATE], b[RN_MAX_STATE], p[RN_MAX_PARAMETERS];
-    real F[RN_MAX_STATE * RN_MAX_STATE], Q[RN_MAX_STATE * RN_MAX_STATE];
+    enum { MOST_ROWS = RN_HOST_SENSORS * RN_MAX_ROWS }; /* more than RN_MAX_STATE */
+    real x[RN_MAX_STATE], a[MOST_ROWS], b[RN_MAX_STATE], p[RN_MAX_PARAMETERS];
+    real F[RN_MAX_STATE * MOST_ROWS], Q[RN_MAX_STATE * RN_MAX_STATE];
     const RN(sensor) *one = sensor >= 0 && sensor < m->nsensors ? &m->sensors[sensor] : NULL;
     int rows_total = 0;
     for (int j = 0; j < m->nsensors; j++) rows_total += m->sensors[j].rows;
