@@ -32,6 +32,8 @@ class CompiledModel:
     def __init__(self, model: Model, handle: Any = None, real: str = "double") -> None:
         if handle is None:
             try:
+                if not model.prebuilt:
+                    raise KeyError(model.name)
                 handle = _kernel.Model(model.name, real)
             except KeyError:
                 raise InputError(

@@ -16,7 +16,6 @@ import sys
 import tempfile
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 from robustnav.engine import _kernel
 from robustnav.engine.compiled import CompiledModel
@@ -37,13 +36,15 @@ def find_compiler() -> list[str]:
     Raises
     ------
     NoCompiler : none is installed.
+    InputError : ``$CC`` names a command that does not exist.
     """
-    wanted = os.environ.get("CC")
-    for name in ([wanted] if wanted else []) + ["cc", "gcc", "clang"]:
-        parts = name.split()
-        path = shutil.which(parts[0])
+    wanted = os.environ.get("CC", "").split()
+    if wanted and not shutil.which(wanted[0]):
+        raise InputError("C compiler", place="environment variable CC", got=wanted[0], expected="an installed command")
+    for name in [wanted[0]] if wanted else ["cc", "gcc", "clang"]:
+        path = shutil.which(name)
         if path:
-            return [path, *parts[1:]]
+            return [path, *wanted[1:]]
     try:
         import ziglang  # type: ignore[import-not-found, unused-ignore]
     except ModuleNotFoundError:
@@ -69,7 +70,11 @@ def compile_model(model: Model) -> CompiledModel:
     library = _library(model)
     handle = ctypes.CDLL(str(library))
     address = ctypes.addressof(ctypes.c_char.in_dll(handle, _SYMBOL))
-    return CompiledModel(model, _kernel.Model(model.name, "double", address, handle))
+    try:
+        compiled = _kernel.Model(model.name, "double", address, handle)
+    except ValueError as why:
+        raise InputError(f"model {model.name!r}", got=str(why), do='run with backend="numpy"') from why
+    return CompiledModel(model, compiled)
 
 
 def _library(model: Model) -> Path:
@@ -77,7 +82,7 @@ def _library(model: Model) -> Path:
 
     compiler, kernel = find_compiler(), _kernel_folder()
     header = model_header(model)
-    version = subprocess.run([*compiler, "--version"], capture_output=True, text=True, check=False).stdout
+    version = _call([*compiler, "--version"]).stdout
     parts = [header, *(p.read_text() for p in sorted(kernel.glob("rn_*.h"))), *compiler, version, *_FLAGS, sys.platform]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
     folder = _cache_folder()
@@ -96,13 +101,15 @@ def _library(model: Model) -> Path:
         )
         built = Path(work) / "model.so"
         command = [*compiler, *_FLAGS, f"-I{kernel}", f"-I{work}", "-o", str(built), str(unit), "-lm"]
-        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        result = _call(command)
         if result.returncode:
             raise InputError(
                 f"the compiler refused model {model.name!r}",
-                got=result.stderr.strip()[:500],
+                place=" ".join(compiler),
+                got=result.stderr.strip()[:500] or f"exit code {result.returncode}",
                 do='run with backend="numpy", and please report the model',
             )
+        built.chmod(0o700)  # whatever the umask: a library that others can write is not loaded
         os.replace(built, library)
     return library
 
@@ -140,9 +147,8 @@ def _check_owner(path: Path) -> None:
         )
 
 
-def compiled_or_none(model: Model) -> Any:
-    """Return the compiled model, or None where no compiler is installed."""
+def _call(command: list[str]) -> subprocess.CompletedProcess[str]:
     try:
-        return compile_model(model)
-    except NoCompiler:
-        return None
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as why:
+        raise InputError("C compiler", place=command[0], got=str(why), expected="a command that runs") from why
