@@ -93,7 +93,7 @@ def run(
         state=state,
         sd=_deviations(estimator, t, u, output),
         innovations=innovations,
-        events=_events(model, log, t, u, max_gap),
+        events=_events(model, log, t, u, max_gap) + _broken(model, t, sensors, output),
         settings=_settings(estimator, backend),
     )
 
@@ -170,6 +170,21 @@ def _events(model: Model, log: Log, t: Array, u: Array, max_gap: float) -> tuple
         missing = int((~np.isfinite(values).all(axis=1)).sum())
         if missing:
             events.append(f"{missing} of {len(values)} {sensor.name} readings missing: not fused")
+    return tuple(events)
+
+
+def _broken(model: Model, t: Array, sensors: list[SensorData | None], output: Output) -> tuple[str, ...]:
+    """Name readings that no gate refused and that were not used: the covariance or the state is broken."""
+    events = []
+    for sensor, data, seen in zip(model.sensors, sensors, output.seen, strict=True):
+        if data is None or seen is None:
+            continue
+        due = np.isfinite(data.z).all(axis=1) & (data.t >= t[0]) & (data.t <= t[-1])
+        broken = ~np.isfinite(seen.nis) | (seen.s <= 0.999 * sensor.sd**2).any(axis=1)
+        rows = np.flatnonzero(due & broken & ~seen.used)
+        if rows.size:
+            first = data.t[rows[0]]
+            events.append(f"{rows.size} {sensor.name} readings refused, the first at {first:.3f} s: broken covariance")
     return tuple(events)
 
 
