@@ -35,13 +35,13 @@ def doctor(log: Path, *, mapping: Path | None = None, strict: Flag = False, json
     json
         Print one JSON document.
     """
-    diagnosis = _diagnosis(_read(log, mapping))
+    recording = _read(log, mapping)
+    diagnosis = _diagnosis(recording)
     bad = diagnosis.worst == "error" or (strict and diagnosis.worst == "warning")
     if json:
         say_json(diagnosis.to_dict())
         return 2 if bad else 0
-    recording = _read(log, mapping)
-    say(f"{recording.source}")
+    say(recording.source)
     for line in (*recording.conventions, *(f"skipped: {s}" for s in recording.skipped)):
         say(f"  {line}")
     say()

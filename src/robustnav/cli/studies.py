@@ -62,7 +62,7 @@ def simulate(
     magnetometer: str = "ak8963",
     runs: int = 1,
     seed: int = 1,
-    errors: Literal["study", "all", "none"] = "all",
+    errors: Literal["noise", "all", "none"] = "noise",
     out: Path = Path("out/simulated"),
     json: Annotated[bool, Parameter(negative="")] = False,
     quiet: Annotated[bool, Parameter(negative="")] = False,
@@ -82,7 +82,7 @@ def simulate(
     seed
         Fixes every random number.
     errors
-        Which sensor errors: white noise and bias walk only, all that the data sheet states, or none.
+        Which sensor errors: white noise and gyro bias walk, all that the data sheet states (uncalibrated), or none.
     out
         Folder for run_0000.csv, run_0001.csv, ...
     json
@@ -106,7 +106,7 @@ def simulate(
         "full-roll": trajectory.full_roll_and_pitch(10.0, 100.0),
     }
     switches = {
-        "study": sensor_errors.STUDY_ERRORS,
+        "noise": sensor_errors.STUDY_ERRORS,
         "all": sensor_errors.ALL_ERRORS,
         "none": sensor_errors.NO_ERRORS,
     }

@@ -26,6 +26,7 @@ from robustnav.studies.attitude_runs import (
     simulated,
     start_errors,
     starts,
+    time_to_one_degree,
 )
 from robustnav.studies.attitude_setting import (
     CASES,
@@ -33,7 +34,9 @@ from robustnav.studies.attitude_setting import (
     PROTOCOLS,
     PUBLISHED,
     Lineup,
+    acquisition,
     lineup,
+    noise,
     vibrating_noise,
     vibrating_sensors,
 )
@@ -58,20 +61,22 @@ class AttitudeStudy:
     """All numbers of the study.
 
     ``cases`` by case and protocol; ``consistency`` of the mekf by case: statistic -> (test, values (runs, n));
-    ``turns`` by manoeuvre and estimator: RMS of the total error [deg]; ``turn_errors`` the same over time (n,) [deg].
+    ``acquisition`` by case, noise and estimator: times (runs,) to one degree from a wide start [s];
+    ``turns`` by manoeuvre and estimator: RMS of the total error [deg]; ``turn_errors`` the same over time (n,).
     """
 
     seeds: int
     seed: int
     cases: dict[str, dict[str, ProtocolResult]]
     consistency: dict[str, dict[str, tuple[Consistency, Array]]]
+    acquisition: dict[str, dict[str, dict[str, Array]]]
     turns: dict[str, dict[str, float]]
     turn_errors: dict[str, tuple[Array, dict[str, Array]]]
 
 
 def steps_of(seeds: int) -> int:
     """Return how often ``progress`` will be called."""
-    return len(CASES) * seeds * (len(PROTOCOLS) * len(ESTIMATORS) + 1) + len(TURNS) * len(ESTIMATORS) * TURN_SEEDS
+    return len(CASES) * seeds * (len(PROTOCOLS) * len(ESTIMATORS) + 5) + len(TURNS) * len(ESTIMATORS) * TURN_SEEDS
 
 
 def attitude_study(seeds: int = 200, seed: int = 1, progress: Progress = lambda: None) -> AttitudeStudy:
@@ -89,27 +94,32 @@ def attitude_study(seeds: int = 200, seed: int = 1, progress: Progress = lambda:
     """
     if seeds < LEAST_SEEDS:
         raise InputError("seeds", got=str(seeds), expected=f"{LEAST_SEEDS} or more")
-    cases, consistency = {}, {}
+    cases, consistency, times = {}, {}, {}
     for name, trajectory in CASES.items():
         batch = simulated(trajectory, seeds, seed)
         cases[name] = {p: run_protocol(trajectory, batch, p, seed, progress) for p in PROTOCOLS}
         consistency[name] = mekf_consistency(batch, seed, progress)
+        shaken = simulated(trajectory, seeds, seed, vibrating_sensors(RATE_HZ))
+        times[name] = {
+            "data sheet": time_to_one_degree(batch, acquisition(RATE_HZ, noise(RATE_HZ)), seed, progress),
+            "vibrating": time_to_one_degree(shaken, acquisition(RATE_HZ, vibrating_noise()), seed, progress),
+        }
     turns, errors = {}, {}
     for name, motion in TURNS.items():
-        shaken = name == SHAKEN
-        batch = simulated(motion, TURN_SEEDS, seed, vibrating_sensors(RATE_HZ) if shaken else None)
-        total = _turn(batch, lineup("warm", RATE_HZ, vibrating_noise() if shaken else None), seed, progress)
+        vibrates = name == SHAKEN
+        batch = simulated(motion, TURN_SEEDS, seed, vibrating_sensors(RATE_HZ) if vibrates else None)
+        total = _turn(batch, lineup("warm", RATE_HZ, vibrating_noise() if vibrates else None), seed, progress)
         turns[name] = {k: float(np.sqrt(np.mean(v**2)) / DEG) for k, v in total.items()}
         errors[name] = (batch.t, {k: np.sqrt(np.mean(v**2, axis=0)) / DEG for k, v in total.items()})
-    return AttitudeStudy(seeds, seed, cases, consistency, turns, errors)
+    return AttitudeStudy(seeds, seed, cases, consistency, times, turns, errors)
 
 
 def _turn(batch: Batch, line: Lineup, seed: int, progress: Progress) -> dict[str, Array]:
     """Return the total error (runs, n) [rad] of every estimator on a manoeuvre."""
-    errors = start_errors(line, len(batch.runs), seed)
+    errors = start_errors(line.drawn, len(batch.runs), seed)
     out = {}
     for name, estimator in line.estimators.items():
-        begin = starts(estimator.model, batch, line, errors)
+        begin = starts(estimator.model, batch, line.told, errors)
         ensemble = run_ensemble(estimator, readings(batch), begin, progress=progress)
         q = attitudes(estimator.model, ensemble)
         out[name] = np.linalg.norm(rotation_error(q, np.broadcast_to(batch.q_nb, q.shape)), axis=-1)
@@ -146,6 +156,7 @@ def results(study: AttitudeStudy) -> dict[str, object]:
         "axes": AXES,
         "protocols": PROTOCOLS,
         "cases": cases,
+        "acquisition": acquisition_rows(study),
         "turns": {name: {k: {"rms_total_deg": v} for k, v in row.items()} for name, row in study.turns.items()},
         "assumptions": [a._asdict() for a in assumptions()],
     }
@@ -182,6 +193,22 @@ def rms_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, o
     return rows + [
         {"estimator": f"published {k}"} | _by_axis("rms_deg", v["rms_deg"]) for k, v in PUBLISHED[case].items()
     ]
+
+
+def acquisition_rows(study: AttitudeStudy) -> list[dict[str, object]]:
+    """Return a row a case and noise: median and 90 % time to one degree of h2 and mekf [s]; NaN: not reached."""
+    rows: list[dict[str, object]] = []
+    for case, by_noise in study.acquisition.items():
+        for sensors, times in by_noise.items():
+            row: dict[str, object] = {"case": case, "sensors": sensors}
+            for name, values in times.items():
+                reached = np.where(np.isnan(values), np.inf, values)
+                row |= {
+                    f"{name}_median_s": float(np.median(reached)),
+                    f"{name}_90_percent_s": float(np.quantile(reached, 0.9)),
+                }
+            rows.append(row)
+    return rows
 
 
 def range_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, object]]:

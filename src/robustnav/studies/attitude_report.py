@@ -12,7 +12,7 @@ from robustnav.report.page import Level, Page, Tile
 from robustnav.report.run_report import versions
 from robustnav.run import H2
 from robustnav.sim.attitude_cases import assumptions
-from robustnav.studies.attitude import AXES, HELD, RATE_HZ, AttitudeStudy, range_rows, rms_rows
+from robustnav.studies.attitude import AXES, HELD, RATE_HZ, AttitudeStudy, acquisition_rows, range_rows, rms_rows
 from robustnav.studies.attitude_setting import CASES, PROTOCOLS, PUBLISHED, TURN_INTENSITY, euler_from_rotation, lineup
 from robustnav.units import DEG
 
@@ -27,6 +27,7 @@ def page(study: AttitudeStudy, command: str) -> Page:
     _verdict(out, study)
     for case in CASES:
         _case(out, study, case)
+    _acquisition(out, study)
     _turns(out, study)
     _consistency(out, study)
     _gains(out)
@@ -106,6 +107,15 @@ def _claimed(case: str) -> Array:
     P = M @ h2.covariance_at(motion.t)[:, :3, :3] @ np.swapaxes(M, -1, -2)
     sd: Array = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))
     return sd
+
+
+def _acquisition(out: Page, study: AttitudeStudy) -> None:
+    out.section("Acquisition")
+    caption = (
+        "Time after which the total error stays below 1 deg, from a start 5 deg off the vertical, 10 deg in heading "
+        f"and 1 deg/s in bias (standard deviations); {study.seeds} seeds; data-sheet noise, and a vibrating multicopter's."
+    )
+    out.table(acquisition_rows(study), caption)
 
 
 def _turns(out: Page, study: AttitudeStudy) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robustnav.design.bounds import posterior_bound
 from robustnav.engine.backends import functions_of
-from robustnav.evaluate import Consistency, MonteCarlo, consistency, monte_carlo, nees
+from robustnav.evaluate import Consistency, MonteCarlo, consistency, monte_carlo, nees, settle_time
 from robustnav.frames import Array, euler_from_quat, matrix_from_quat, quat_from_euler, rotation_error, wrap_angle
 from robustnav.model.blocks import Model
 from robustnav.run import EKF, Start
@@ -17,7 +17,15 @@ from robustnav.run.ensemble import Ensemble, Readings, run_ensemble
 from robustnav.sim.attitude_cases import environment, sensors
 from robustnav.sim.batch import Batch, Sensors, simulate
 from robustnav.sim.trajectory import Trajectory
-from robustnav.studies.attitude_setting import Lineup, euler_from_rotation, lineup, noise, quaternion_model, start_at
+from robustnav.studies.attitude_setting import (
+    Acquisition,
+    euler_from_rotation,
+    lineup,
+    noise,
+    quaternion_model,
+    start_at,
+)
+from robustnav.units import DEG
 
 Progress = Callable[[], None]
 
@@ -49,12 +57,12 @@ def run_protocol(trajectory: Trajectory, batch: Batch, protocol: str, seed: int,
     """Run every estimator of a protocol over a batch."""
     rate_hz = 1.0 / float(batch.t[1] - batch.t[0])
     line = lineup(protocol, rate_hz)
-    errors = start_errors(line, len(batch.runs), seed)
+    errors = start_errors(line.drawn, len(batch.runs), seed)
     truth = euler_from_quat(batch.q_nb)
     scores, times, total, example = {}, {}, {}, {}
     for name, estimator in line.estimators.items():
         ensemble = run_ensemble(
-            estimator, readings(batch), starts(estimator.model, batch, line, errors), progress=progress
+            estimator, readings(batch), starts(estimator.model, batch, line.told, errors), progress=progress
         )
         q = attitudes(estimator.model, ensemble)
         apart = wrap_angle(euler_from_quat(q) - truth)
@@ -67,17 +75,17 @@ def run_protocol(trajectory: Trajectory, batch: Batch, protocol: str, seed: int,
     return ProtocolResult(batch.t, scores, times, total, example, rms, sd)
 
 
-def start_errors(line: Lineup, runs: int, seed: int) -> Array:
-    """Return start errors (runs, 6) drawn from the protocol's covariance, the same for every estimator."""
+def start_errors(P: Array, runs: int, seed: int) -> Array:
+    """Return start errors (runs, 6) drawn from a covariance (6, 6), the same for every estimator."""
     normal = np.random.default_rng([seed, 1]).standard_normal((runs, 6))
-    values, vectors = np.linalg.eigh(line.drawn)
+    values, vectors = np.linalg.eigh(P)
     drawn: Array = normal @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
     return drawn
 
 
-def starts(model: Model, batch: Batch, line: Lineup, errors: Array) -> list[Start]:
-    """Return one start a run."""
-    return [start_at(model, batch.q_nb[0], batch.gyro_bias[i, 0], line.told, e) for i, e in enumerate(errors)]
+def starts(model: Model, batch: Batch, told: Array, errors: Array) -> list[Start]:
+    """Return one start a run, off by ``errors`` (runs, 6) and told the covariance ``told`` (6, 6)."""
+    return [start_at(model, batch.q_nb[0], batch.gyro_bias[i, 0], told, e) for i, e in enumerate(errors)]
 
 
 def readings(batch: Batch) -> Readings:
@@ -119,6 +127,18 @@ def bound_sd(trajectory: Trajectory, P0: Array) -> Array:
     return sd
 
 
+def time_to_one_degree(batch: Batch, wide: Acquisition, seed: int, progress: Progress) -> dict[str, Array]:
+    """Return by estimator the time (runs,) [s] from a wide start after which the error stays below one degree."""
+    errors = start_errors(wide.P, len(batch.runs), seed)
+    out = {}
+    for name, estimator in wide.estimators.items():
+        begin = starts(estimator.model, batch, wide.P, errors)
+        q = attitudes(estimator.model, run_ensemble(estimator, readings(batch), begin, progress=progress))
+        total = np.linalg.norm(rotation_error(q, np.broadcast_to(batch.q_nb, q.shape)), axis=-1)
+        out[name] = settle_time(batch.t, total, 1.0 * DEG)
+    return out
+
+
 def mekf_consistency(batch: Batch, seed: int, progress: Progress) -> dict[str, tuple[Consistency, Array]]:
     """Return NEES and NIS of the MEKF over a batch, cold start, with their values (runs, steps)."""
     rate_hz = 1.0 / float(batch.t[1] - batch.t[0])
@@ -126,9 +146,13 @@ def mekf_consistency(batch: Batch, seed: int, progress: Progress) -> dict[str, t
     estimator = line.estimators["mekf"]
     if not isinstance(estimator, EKF):
         raise TypeError("the line-up's mekf is an EKF")
-    errors = start_errors(line, len(batch.runs), seed)
+    errors = start_errors(line.drawn, len(batch.runs), seed)
     ensemble = run_ensemble(
-        estimator, readings(batch), starts(estimator.model, batch, line, errors), covariance=True, progress=progress
+        estimator,
+        readings(batch),
+        starts(estimator.model, batch, line.told, errors),
+        covariance=True,
+        progress=progress,
     )
     apart = rotation_error(np.broadcast_to(batch.q_nb, ensemble.x[..., :4].shape), ensemble.x[..., :4])
     error = np.concatenate([apart, batch.gyro_bias - ensemble.x[..., 4:]], axis=-1)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robustnav.frames import Array, euler_from_quat, matrix_from_quat, quat_from_rotvec, quat_multiply
 from robustnav.model.blocks import Model
@@ -127,6 +128,22 @@ def lineup(protocol: str, rate_hz: float, sensor_noise: AttitudeNoise | None = N
     P_steady = steady.table.covariance[-1]
     drawn = {"warm": P_steady, "cold": cold, "published": np.zeros((6, 6))}[protocol]
     return Lineup(estimators, drawn, P_steady if protocol == "warm" else cold)
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """A wide start: the two filters that are told of it, and the covariance (6, 6) it is drawn from."""
+
+    estimators: dict[str, Estimator]
+    P: Array
+
+
+def acquisition(rate_hz: float, sensor_noise: AttitudeNoise) -> Acquisition:
+    """Return ``h2`` with its schedule and ``mekf`` for a start 5 deg off the vertical, 10 deg in heading, 1 deg/s."""
+    model = quaternion_model(sensor_noise)
+    sd: dict[str, ArrayLike] = {"q_nb": np.array([5.0, 5.0, 10.0]) * DEG, "gyro_bias": 1.0 * DPS}
+    h2 = H2(model, rate_hz, start_sd=sd, turn_intensity=TURN_INTENSITY)
+    return Acquisition({"h2": h2, "mekf": EKF(model)}, model.start_covariance(sd))
 
 
 def start_at(model: Model, q_nb: Array, gyro_bias: Array, told: Array, error: Array) -> Start:
