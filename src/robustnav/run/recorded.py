@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robustnav.errors import InputError
-from robustnav.frames import Array, euler_from_quat, quat_from_rotvec, quat_multiply, triad
+from robustnav.frames import Array, euler_from_quat, quat_from_rotvec, quat_multiply, rotate, triad
 from robustnav.models import AttitudeNoise, attitude, attitude_euler
 from robustnav.records import Log, Run, Stream
 from robustnav.run.estimators import EKF, H2, UKF, Estimator
@@ -59,7 +59,7 @@ class FirstReadings:
 
 
 def first_readings(log: Log, seconds: float = 0.5) -> FirstReadings:
-    """Return the mean of a log's first ``seconds`` of readings.
+    """Return the mean of a log's first ``seconds`` of readings, turned back to the first gyro sample's body axes.
 
     Raises
     ------
@@ -69,10 +69,11 @@ def first_readings(log: Log, seconds: float = 0.5) -> FirstReadings:
     if not len(gyro):
         raise InputError("no gyro samples", place=log.source)
     begin = float(gyro.t[0])
-    f_b = _mean(log.stream("accel"), begin, seconds, log.source)
+    turned = _turned_since_start(gyro.between(begin, begin + 2 * seconds))
+    f_b = _mean(log.stream("accel"), seconds, turned, log.source)
     m_b = None
     if "mag" in log.streams and len(log.streams["mag"]):
-        m_b = _mean(log.streams["mag"], begin, max(seconds, 2.5 / log.streams["mag"].rate_hz), log.source)
+        m_b = _mean(log.streams["mag"], max(seconds, 2.5 / log.streams["mag"].rate_hz), turned, log.source)
         cross = np.linalg.norm(np.cross(f_b, m_b)) / (np.linalg.norm(f_b) * np.linalg.norm(m_b))
         if not cross > 0.05:
             raise InputError(
@@ -105,7 +106,7 @@ def estimator_for(name: str, log: Log, sensors: Sensors, *, seconds: float = 0.5
     name : ``h2``, ``mekf``, ``ukf`` on the quaternion model, ``h2-euler``, ``ekf-euler`` on the published one.
     log : with streams ``gyro`` and ``accel``, and ``mag`` if there is one.
     sensors : what recorded it.
-    seconds : how long the first readings are averaged [s]; the carrier should stand still.
+    seconds : how long the first readings are averaged [s]; the carrier may turn, but should not accelerate.
 
     Raises
     ------
@@ -150,8 +151,23 @@ def run_recorded(name: str, log: Log, sensors: Sensors, *, backend: str = "auto"
     return replace(out, estimator=name, state=state, settings=settings)
 
 
-def _mean(stream: Stream, begin: float, seconds: float, source: str) -> Array:
-    values = stream.between(begin, begin + seconds).values
+def _turned_since_start(gyro: Stream) -> tuple[Array, Array]:
+    """Return times (n,) and attitudes (n, 4) of the body against its first sample's axes, by the gyro alone."""
+    whole = np.isfinite(gyro.values).all(axis=1)
+    t, rate = gyro.t[whole], gyro.values[whole]
+    q = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
+    for k, step in enumerate(quat_from_rotvec(rate[1:] * np.diff(t)[:, None])):
+        q[k + 1] = quat_multiply(q[k], step)
+    return t, q
+
+
+def _mean(stream: Stream, seconds: float, turned: tuple[Array, Array], source: str) -> Array:
+    t, q = turned
+    if not len(t):
+        raise InputError("start attitude: no gyro reading", place=source, expected="finite readings")
+    first = stream.between(t[0], t[0] + seconds)
+    nearest = np.clip(np.searchsorted(t, first.t), 0, len(t) - 1)
+    values = rotate(q[nearest], first.values)
     values = values[np.isfinite(values).all(axis=1)]
     if not len(values) or not np.linalg.norm(values.mean(axis=0)) > 0:
         raise InputError(

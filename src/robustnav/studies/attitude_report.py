@@ -113,7 +113,7 @@ def _acquisition(out: Page, study: AttitudeStudy) -> None:
     out.section("Acquisition")
     caption = (
         "Time after which the total error stays below 1 deg, from a start 5 deg off the vertical, 10 deg in heading "
-        f"and 1 deg/s in bias (standard deviations); {study.seeds} seeds; data-sheet noise, and a vibrating multicopter's."
+        f"and 1 deg/s in bias (standard deviations); {study.seeds} seeds; data-sheet and vibrating multicopter's noise."
     )
     out.table(acquisition_rows(study), caption)
 
