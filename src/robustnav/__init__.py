@@ -10,7 +10,10 @@ Heavy parts (SymPy, SciPy, matplotlib, cvxpy) load only when a function needs th
 
 __version__ = "0.1.0"
 
-from robustnav import datasheet, doctor, frames, logs, model, models, sim, units
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from robustnav import frames, model, models, units
 from robustnav.errors import EstimatorError, InputError, MissingExtra, RobustnavError
 from robustnav.evaluate import evaluate
 from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
@@ -18,6 +21,9 @@ from robustnav.records import Innovations, Log, Run, Score, Stream, Truth
 from robustnav.report import report
 from robustnav.run import EKF, H2, UKF, Start, run, stream
 from robustnav.run.recorded import Sensors, estimator_for, run_recorded
+
+if TYPE_CHECKING:
+    from robustnav import datasheet, doctor, logs, sim
 
 __all__ = [
     "EKF",
@@ -57,3 +63,12 @@ __all__ = [
     "stream",
     "units",
 ]
+
+_ON_DEMAND = ("datasheet", "doctor", "logs", "sim")
+
+
+def __getattr__(name: str) -> Any:
+    """Load a subpackage the first time it is named, so that ``import robustnav`` stays quick."""
+    if name in _ON_DEMAND:
+        return import_module(f"robustnav.{name}")
+    raise AttributeError(f"module 'robustnav' has no attribute {name!r}")

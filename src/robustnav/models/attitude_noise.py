@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
-from robustnav.datasheet import imu as imu_preset
-from robustnav.datasheet import magnetometer as magnetometer_preset
 from robustnav.units import DPS
 
 
@@ -46,7 +44,9 @@ class AttitudeNoise:
         ------
         InputError : unknown preset, or a figure that its data sheet does not state.
         """
-        unit, field = imu_preset(imu), magnetometer_preset(magnetometer)
+        from robustnav import datasheet
+
+        unit, field = datasheet.imu(imu), datasheet.magnetometer(magnetometer)
         return cls(
             gyro_density=unit.gyro.sample_sd(rate_hz) / sqrt(rate_hz),
             gyro_bias_density=gyro_bias_density,
