@@ -7,7 +7,8 @@ import pytest
 
 from robustnav.errors import InputError
 from robustnav.frames import euler_from_quat, matrix_from_quat, quat_from_rotvec, quat_multiply
-from robustnav.studies.attitude import HELD, attitude_study, steps_of, write_study
+from robustnav.studies.attitude import HELD, attitude_study, steps_of
+from robustnav.studies.attitude_report import write_study
 from robustnav.studies.attitude_runs import bound_sd
 from robustnav.studies.attitude_setting import CASES, PROTOCOLS, euler_from_rotation, lineup, quaternion_model, start_at
 from robustnav.studies.attitude_setting import noise as study_noise

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
-from robustnav.cli.recordings import split
+from robustnav.cli.options import KIT, Flag, Kit, split
 from robustnav.cli.show import note, progress, say_json, say_table
 
 benchmark = App(name="benchmark", help="Accuracy and speed beside the peers that are installed.")
-Flag = Annotated[bool, Parameter(negative="")]
 
 
 @benchmark.command
@@ -19,8 +17,7 @@ def broad(
     folder: Path,
     *,
     estimators: str | None = None,
-    imu: str = "mpu9250",
-    magnetometer: str = "ak8963",
+    kit: Kit = KIT,
     json: Flag = False,
     quiet: Flag = False,
 ) -> None:
@@ -32,10 +29,8 @@ def broad(
         Folder with the trials' .mat files.
     estimators
         Names with commas; default: h2, mekf and every peer installed.
-    imu
-        Data-sheet preset of the IMU.
-    magnetometer
-        Data-sheet preset of the magnetometer.
+    kit
+        What recorded them.
     json
         Print one JSON document.
     quiet
@@ -47,7 +42,7 @@ def broad(
     names = split(estimators) if estimators else bench.default_estimators()
     trials = bench.trial_files(folder)
     with progress("BROAD", len(trials) * len(names), quiet=quiet) as step:
-        results = bench.benchmark_broad(folder, names, sensors=Sensors(imu, magnetometer), progress=step)
+        results = bench.benchmark_broad(folder, names, sensors=Sensors(kit.imu, kit.magnetometer), progress=step)
     if json:
         say_json(results)
         return

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 from cyclopts import App, Parameter
 
+from robustnav.cli.options import Flag
 from robustnav.cli.show import say, say_json, say_settings, say_table
 from robustnav.errors import InputError
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from robustnav.design import Certificate, Plant
 
 design = App(name="design", help="Design a constant attitude gain and certify it.")
-Flag = Annotated[bool, Parameter(negative="")]
 STATES = ("eps_N", "eps_E", "eps_D", "beta_N", "beta_E", "beta_D")
 READINGS = ("f_N", "f_E", "m_N", "m_E", "m_D")
 SIGN = "x_hat' = A x_hat + B u + L (y_hat - y)"

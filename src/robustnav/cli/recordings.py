@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-from cyclopts import Parameter
-
+from robustnav.cli.options import KIT, Flag, Kit, split
 from robustnav.cli.show import note, progress, say, say_json, say_settings, say_table
-from robustnav.errors import InputError
 
 if TYPE_CHECKING:
     from robustnav.doctor.record import Diagnosis, Finding
     from robustnav.records import Log, Run, Score, Truth
 
 Backend = Literal["auto", "c", "float", "numpy"]
-Flag = Annotated[bool, Parameter(negative="")]
 MARKS = {"ok": "ok     ", "info": "note   ", "warning": "warning", "error": "ERROR  "}
 
 
@@ -57,8 +54,7 @@ def run(
     log: Path,
     *,
     estimator: str = "h2",
-    imu: str = "mpu9250",
-    magnetometer: str = "ak8963",
+    kit: Kit = KIT,
     mapping: Path | None = None,
     backend: Backend = "auto",
     out: Path | None = None,
@@ -74,10 +70,8 @@ def run(
         PX4 .ulg, BROAD .mat or .csv.
     estimator
         h2, mekf, ukf, h2-euler or ekf-euler.
-    imu
-        Data-sheet preset of the IMU.
-    magnetometer
-        Data-sheet preset of the magnetometer.
+    kit
+        What recorded it.
     mapping
         TOML file naming columns, units and frames of a foreign table.
     backend
@@ -93,7 +87,7 @@ def run(
 
     recording = _read(log, mapping)
     diagnosis = _diagnosis(recording)
-    result = run_recorded(estimator, recording, Sensors(imu, magnetometer), backend=backend)
+    result = run_recorded(estimator, recording, Sensors(kit.imu, kit.magnetometer), backend=backend)
     score = _score(result, recording)
     verdict = judge(result, score, diagnosis)
     if out is not None:
@@ -127,8 +121,7 @@ def compare(
     /,
     *,
     estimators: str = "h2,mekf",
-    imu: str = "mpu9250",
-    magnetometer: str = "ak8963",
+    kit: Kit = KIT,
     json: Flag = False,
     quiet: Flag = False,
 ) -> None:
@@ -140,10 +133,8 @@ def compare(
         Recordings.
     estimators
         Names with commas: h2, mekf, ukf, h2-euler, ekf-euler.
-    imu
-        Data-sheet preset of the IMU.
-    magnetometer
-        Data-sheet preset of the magnetometer.
+    kit
+        What recorded it.
     json
         Print one JSON document.
     quiet
@@ -157,7 +148,7 @@ def compare(
         for path in logs:
             recording = _read(path, None)
             for name in names:
-                score = _score(run_recorded(name, recording, Sensors(imu, magnetometer)), recording)
+                score = _score(run_recorded(name, recording, Sensors(kit.imu, kit.magnetometer)), recording)
                 row: dict[str, object] = {"log": path.name, "estimator": name}
                 rows.append(row | (_score_row(score) if score else {"reference": "none"}))
                 step()
@@ -167,9 +158,7 @@ def compare(
         say_table("Attitude, degrees", rows)
 
 
-def report(
-    log: Path, *, estimator: str = "h2", out: Path = Path("out/run"), imu: str = "mpu9250", magnetometer: str = "ak8963"
-) -> int:
+def report(log: Path, *, estimator: str = "h2", out: Path = Path("out/run"), kit: Kit = KIT) -> int:
     """Run one estimator over a recording and write its page: the same as ``run`` with ``--out``.
 
     Parameters
@@ -180,20 +169,10 @@ def report(
         h2, mekf, ukf, h2-euler or ekf-euler.
     out
         Folder for report.html, results.json and estimate.csv.
-    imu
-        Data-sheet preset of the IMU.
-    magnetometer
-        Data-sheet preset of the magnetometer.
+    kit
+        What recorded it.
     """
-    return run(log, estimator=estimator, out=out, imu=imu, magnetometer=magnetometer)
-
-
-def split(names: str) -> list[str]:
-    """Return names given with commas."""
-    out = [name.strip() for name in names.split(",") if name.strip()]
-    if not out:
-        raise InputError("estimators", got=repr(names), expected="names with commas, as in h2,mekf")
-    return out
+    return run(log, estimator=estimator, out=out, kit=kit)
 
 
 def _read(path: Path, mapping: Path | None) -> Log:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
+from robustnav.cli.options import Flag
 from robustnav.cli.show import note, progress, say, say_json, say_table
 from robustnav.errors import InputError
 
@@ -20,8 +21,8 @@ def attitude(
     out: Path = Path("out/attitude"),
     seeds: int = 200,
     seed: int = 1,
-    json: Annotated[bool, Parameter(negative="")] = False,
-    quiet: Annotated[bool, Parameter(negative="")] = False,
+    json: Flag = False,
+    quiet: Flag = False,
 ) -> None:
     """Run the attitude study: extended H2 filter, EKF, quaternion H2 and MEKF on the two published cases.
 
@@ -38,7 +39,8 @@ def attitude(
     quiet
         No progress bar.
     """
-    from robustnav.studies.attitude import attitude_study, results, rms_rows, steps_of, write_study
+    from robustnav.studies.attitude import attitude_study, results, rms_rows, steps_of
+    from robustnav.studies.attitude_report import write_study
 
     with progress("attitude study", steps_of(seeds), quiet=quiet) as step:
         study = attitude_study(seeds, seed, step)
@@ -64,8 +66,8 @@ def simulate(
     seed: int = 1,
     errors: Literal["noise", "all", "none"] = "noise",
     out: Path = Path("out/simulated"),
-    json: Annotated[bool, Parameter(negative="")] = False,
-    quiet: Annotated[bool, Parameter(negative="")] = False,
+    json: Flag = False,
+    quiet: Flag = False,
 ) -> None:
     """Simulate IMU and magnetometer along a motion and write one table a run, with its truth.
 

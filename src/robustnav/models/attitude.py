@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin
-
-from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
-from robustnav.models.attitude_noise import AttitudeNoise
-from robustnav.units import DEG, DPS, STANDARD_GRAVITY
+from robustnav.model import Equations, Model, Noise, Rotation, Symbols, Vector
+from robustnav.models.attitude_noise import AttitudeNoise, place
+from robustnav.units import DEG, DPS
 
 
 def attitude(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Model:
@@ -31,12 +29,8 @@ def attitude(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Model:
             Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
             Noise("gyro_scale_noise", "1/sqrt(Hz)", noise.gyro_scale_density),
         ),
-        sensors=(Sensor("accel", "m/s^2", noise.accel_sd), Sensor("mag", "T", noise.mag_sd)),
-        parameters={
-            "gravity": STANDARD_GRAVITY,
-            "mag_north": field * cos(radians(dip_deg)),
-            "mag_down": field * sin(radians(dip_deg)),
-        },
+        sensors=noise.sensors(),
+        parameters=place(field, dip_deg),
         equations=_equations,
         start_sd={"q_nb": (5 * DEG, 5 * DEG, 10 * DEG), "gyro_bias": 0.5 * DPS},
         prebuilt=True,

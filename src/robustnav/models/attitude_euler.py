@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin
 from typing import Any
 
-from robustnav.model import Equations, Model, Noise, Sensor, Symbols, Vector
-from robustnav.models.attitude_noise import AttitudeNoise
-from robustnav.units import DEG, DPS, STANDARD_GRAVITY
+from robustnav.model import Equations, Model, Noise, Symbols, Vector
+from robustnav.models.attitude_noise import AttitudeNoise, place
+from robustnav.units import DEG, DPS
 
 
 def attitude_euler(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Model:
@@ -28,12 +27,8 @@ def attitude_euler(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Mod
             Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
             Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
         ),
-        sensors=(Sensor("accel", "m/s^2", noise.accel_sd), Sensor("mag", "T", noise.mag_sd)),
-        parameters={
-            "gravity": STANDARD_GRAVITY,
-            "mag_north": field * cos(radians(dip_deg)),
-            "mag_down": field * sin(radians(dip_deg)),
-        },
+        sensors=noise.sensors(),
+        parameters=place(field, dip_deg),
         equations=_equations,
         start_sd={"euler": (5 * DEG, 5 * DEG, 10 * DEG), "gyro_bias": 0.5 * DPS},
         prebuilt=True,

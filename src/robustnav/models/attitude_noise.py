@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, sqrt
+from math import cos, hypot, radians, sin, sqrt
 
-from robustnav.units import DPS
+from robustnav.model import Sensor
+from robustnav.units import DPS, STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,10 @@ class AttitudeNoise:
             mag_sd=mag_sd if mag_sd is not None else field.field.sample_sd(rate_hz),
         )
 
+    def sensors(self) -> tuple[Sensor, Sensor]:
+        """Return the two sensors of the attitude models."""
+        return Sensor("accel", "m/s^2", self.accel_sd), Sensor("mag", "T", self.mag_sd)
+
     def turning(self, rate: float) -> AttitudeNoise:
         """Return noise with what a turn at ``rate`` [rad/s] adds to the gyro's, for a gain that cannot follow it."""
         return replace(self, gyro_density=hypot(self.gyro_density, self.gyro_scale_density * rate))
@@ -77,3 +82,9 @@ class AttitudeNoise:
             accel_sd=max(self.accel_sd, 1.0 * sqrt(0.5 * rate_hz)),
             mag_sd=max(self.mag_sd, 0.2 * field * sqrt(0.1 * mag_rate_hz)),
         )
+
+
+def place(field: float, dip_deg: float) -> dict[str, float]:
+    """Return the parameters of the attitude models: gravity [m/s^2] and the field's north and down parts [T]."""
+    dip = radians(dip_deg)
+    return {"gravity": STANDARD_GRAVITY, "mag_north": field * cos(dip), "mag_down": field * sin(dip)}

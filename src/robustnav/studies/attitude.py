@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -160,24 +159,6 @@ def results(study: AttitudeStudy) -> dict[str, object]:
         "turns": {name: {k: {"rms_total_deg": v} for k, v in row.items()} for name, row in study.turns.items()},
         "assumptions": [a._asdict() for a in assumptions()],
     }
-
-
-def write_study(study: AttitudeStudy, folder: str | Path, command: str) -> Path:
-    """Write ``results.json`` and ``report.html`` into a folder and return the page's path."""
-    import json
-
-    from robustnav.evaluate.tables import plain
-    from robustnav.report.write import write_whole
-    from robustnav.studies.attitude_report import page
-
-    folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
-    text = json.dumps(plain(results(study)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    html = page(study, command).html()
-    write_whole(folder / "results.json", text)
-    write_whole(folder / "report.html", html)
-    return folder / "report.html"
 
 
 def rms_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, object]]:

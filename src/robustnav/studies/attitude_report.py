@@ -1,18 +1,33 @@
-"""The page of the attitude study."""
+"""The attitude study on paper: its page and its numbers."""
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 
+from robustnav.errors import InputError
+from robustnav.evaluate.tables import plain
 from robustnav.frames import euler_from_quat
 from robustnav.records import Array, Run, Truth
 from robustnav.report import figures
 from robustnav.report.figures.comparison import Comparison
 from robustnav.report.page import Level, Page, Tile
 from robustnav.report.run_report import versions
+from robustnav.report.write import write_whole
 from robustnav.run import H2
 from robustnav.sim.attitude_cases import assumptions
-from robustnav.studies.attitude import AXES, HELD, RATE_HZ, AttitudeStudy, acquisition_rows, range_rows, rms_rows
+from robustnav.studies.attitude import (
+    AXES,
+    HELD,
+    RATE_HZ,
+    AttitudeStudy,
+    acquisition_rows,
+    range_rows,
+    results,
+    rms_rows,
+)
 from robustnav.studies.attitude_setting import CASES, PROTOCOLS, PUBLISHED, TURN_INTENSITY, euler_from_rotation, lineup
 from robustnav.units import DEG
 
@@ -36,6 +51,18 @@ def page(study: AttitudeStudy, command: str) -> Page:
     settings = {"seeds": study.seeds, "seed": study.seed, "h2 start-up turning [rad^2/s]": TURN_INTENSITY}
     out.settings(settings, versions(), command)
     return out
+
+
+def write_study(study: AttitudeStudy, folder: str | Path, command: str) -> Path:
+    """Write ``results.json`` and ``report.html`` into a folder and return the page's path."""
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
+    text = json.dumps(plain(results(study)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    html = page(study, command).html()
+    write_whole(folder / "results.json", text)
+    write_whole(folder / "report.html", html)
+    return folder / "report.html"
 
 
 def worst_ratio(study: AttitudeStudy, case: str, protocol: str, name: str) -> float:
