@@ -103,6 +103,11 @@ class KernelFilter:
         self._x, self._P = np.empty(model.model.state_size), np.empty(n * (n + 1) // 2)
 
     @property
+    def backend(self) -> str:
+        """``c`` in double, ``float`` in float."""
+        return "c" if self.model.real == "double" else "float"
+
+    @property
     def state(self) -> Array:
         """The state now (nx,), a copy."""
         self._filter.store(self._x, None)

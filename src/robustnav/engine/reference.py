@@ -17,6 +17,8 @@ from robustnav.model.functions import ModelFunctions
 class ReferenceFilter:
     """A filter over any ``ModelFunctions``, step by step in NumPy; the same calls as ``KernelFilter``."""
 
+    backend = "numpy"
+
     def __init__(self, model: ModelFunctions, setup: FilterSetup) -> None:
         self.model, self.setup = model, setup
         self._x = np.array(setup.x, float)

@@ -54,7 +54,8 @@ def run(
     Parameters
     ----------
     estimator : ``H2``, ``EKF`` or ``UKF`` with its model.
-    log : streams named as the model's inputs and sensors; a sensor without a stream is not fused.
+    log : streams named as the model's inputs and sensors; a sensor without a stream is not fused.  A model without
+        inputs is reported at the times of its readings.
     start : state and covariance at the first input.
     backend : ``auto``, ``c``, ``float`` or ``numpy``.
     max_gap : a longer pause of the input [s] is named in the events.
@@ -69,7 +70,6 @@ def run(
         stream has the wrong width.
     """
     model = estimator.model
-    t, u = _inputs(model, log)
     sensors = [_readings(model, j, log) for j in range(len(model.sensors))]
     if not any(sensors):
         raise InputError(
@@ -78,6 +78,7 @@ def run(
             got=f"streams {', '.join(log.streams)}",
             expected=f"one of {', '.join(s.name for s in model.sensors)}",
         )
+    t, u = _inputs(model, log) if model.inputs else _reading_times(sensors)
     running = stream(estimator, start, backend=backend)
     output = running.run(t, u, sensors)
     state = {name: output.x[:, part] for name, part in model.state_slices.items()}
@@ -93,8 +94,8 @@ def run(
         state=state,
         sd=_deviations(estimator, t, u, output),
         innovations=innovations,
-        events=_events(model, log, t, u, max_gap) + _broken(model, t, sensors, output),
-        settings=_settings(estimator, backend),
+        events=_events(model, log, t, u, max_gap) + _broken(model, t[np.isfinite(u).all(axis=1)], sensors, output),
+        settings=_settings(estimator, running.backend),
     )
 
 
@@ -123,7 +124,8 @@ def covariance_of(estimator: Estimator, t: Array, u: Array, output: Output) -> A
 
 def _deviations(estimator: Estimator, t: Array, u: Array, output: Output) -> dict[str, Array]:
     P = covariance_of(estimator, t, u, output)
-    sd = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))
+    with np.errstate(invalid="ignore"):  # NaN where the covariance is broken, which the events name
+        sd = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))
     return {name: sd[:, part] for name, part in estimator.model.error_slices.items()}
 
 
@@ -141,6 +143,11 @@ def _inputs(model: Model, log: Log) -> tuple[Array, Array]:
                 f"inputs {first.name!r} and {one.name!r}", place=log.source, got="different times", expected="the same"
             )
     return first.t, np.hstack([s.values for s in streams])
+
+
+def _reading_times(sensors: list[SensorData | None]) -> tuple[Array, Array]:
+    t = np.unique(np.concatenate([d.t for d in sensors if d is not None]))
+    return t, np.zeros((len(t), 0))
 
 
 def _readings(model: Model, j: int, log: Log) -> SensorData | None:
@@ -174,10 +181,10 @@ def _events(model: Model, log: Log, t: Array, u: Array, max_gap: float) -> tuple
 
 
 def _broken(model: Model, t: Array, sensors: list[SensorData | None], output: Output) -> tuple[str, ...]:
-    """Name readings that no gate refused and that were not used: the covariance or the state is broken."""
+    """Name readings within the input times ``t`` that were neither used nor refused by a gate."""
     events = []
     for sensor, data, seen in zip(model.sensors, sensors, output.seen, strict=True):
-        if data is None or seen is None:
+        if data is None or seen is None or not len(t):
             continue
         due = np.isfinite(data.z).all(axis=1) & (data.t >= t[0]) & (data.t <= t[-1])
         broken = ~np.isfinite(seen.nis) | (seen.s <= 0.999 * sensor.sd**2).any(axis=1)
