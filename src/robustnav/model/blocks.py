@@ -155,6 +155,32 @@ class Model:
             raise InputError(f"model {self.name!r}", got=f"{', '.join(doubled)} twice", expected="different names")
         if sum(isinstance(b, Rotation) for b in self.state) > 1:
             raise InputError(f"model {self.name!r}", got="two rotations", expected="at most one Rotation block")
+        self._check_sizes()
+        self._check_numbers()
+
+    def _check_sizes(self) -> None:
+        if not self.state:
+            raise InputError(f"model {self.name!r}", got="no state", expected="at least one block")
+        parts: Sequence[Any] = (*self.state, *self.inputs, *self.noises, *self.sensors)
+        for part in parts:
+            if part.size < 1:
+                raise InputError(
+                    f"{part.name!r} of model {self.name!r}", got=f"size {part.size}", expected="at least 1"
+                )
+            if part in self.state and part.frame == "b" and part.size != 3:
+                raise InputError(f"body vector {part.name!r}", got=f"size {part.size}", expected="three numbers")
+        unknown = sorted(set(self.nominal) - {b.name for b in (*self.state, *self.inputs)})
+        if unknown:
+            raise InputError(
+                f"nominal of model {self.name!r}", got=", ".join(unknown), expected="names of state blocks and inputs"
+            )
+
+    def _check_numbers(self) -> None:
+        for name, value in self.parameters.items():
+            if not np.isfinite(value):
+                raise InputError(
+                    f"parameter {name!r} of model {self.name!r}", got=str(value), expected="a finite number"
+                )
         for noise in self.noises:
             if not (np.isfinite(noise.density) and noise.density >= 0):
                 raise InputError(

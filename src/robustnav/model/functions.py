@@ -61,15 +61,15 @@ class NumericModel:
         self._intensities = np.repeat(model.intensities, [n.size for n in model.noises])
         symbols = [derivation.x, derivation.u, derivation.p]
         zero = dict.fromkeys(derivation.w, 0)
-        self._rate = _evaluator(symbols, [e.subs(zero) for b in model.state for e in derivation.rates[b.name]])
+        self._rate = evaluator(symbols, [e.subs(zero) for b in model.state for e in derivation.rates[b.name]])
         A, G = derivation.error_rate()
-        self._A, self._G = _evaluator(symbols, A), _evaluator(symbols, G)
-        self._h = [_evaluator(symbols, derivation.h[s.name]) for s in model.sensors]
+        self._A, self._G = evaluator(symbols, A), evaluator(symbols, G)
+        self._h = [evaluator(symbols, derivation.h[s.name]) for s in model.sensors]
         self._v = [
-            _evaluator(symbols, derivation.directions[s.name]) if derivation.in_navigation(s.name) else None
+            evaluator(symbols, derivation.directions[s.name]) if derivation.in_navigation(s.name) else None
             for s in model.sensors
         ]
-        self._H = [_evaluator(symbols, derivation.on_error(derivation.h[s.name])) for s in model.sensors]
+        self._H = [evaluator(symbols, derivation.on_error(derivation.h[s.name])) for s in model.sensors]
         self._rows = [derivation.rows(s.name) for s in model.sensors]
         self._no_input = np.zeros(model.input_size)
 
@@ -78,12 +78,16 @@ class NumericModel:
         middle = self._move(x, self._rate(x, u, self._parameters), dt / 2)
         return self._move(x, self._rate(middle, u, self._parameters), dt, normalize=True)
 
+    def error_rate(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return A (ne, ne) and G (ne, nw) of the error's rate e' = A e + G w."""
+        return self._A(x, u, self._parameters), self._G(x, u, self._parameters)
+
     def transition(self, x: Array, u: Array, dt: float) -> tuple[Array, Array]:
         """Return F and Q (ne, ne) of the step that starts at ``x``; docs/models.md, section 1."""
         p = self._parameters
         rate = self._rate(x, u, p)
         middle = self._move(x, rate, dt / 2)
-        A, G = self._A(middle, u, p), self._G(middle, u, p)
+        A, G = self.error_rate(middle, u)
         Qc, one = np.diag(self._intensities), np.eye(self.model.error_size)
         rotation = self.model.rotation
         if rotation is None:
@@ -188,15 +192,18 @@ def _increment(phi: Array) -> Array:
     return out
 
 
-class _Evaluator:
+class Evaluator:
+    """An array of expressions as a function of arrays, one for each list of symbols."""
+
     def __init__(self, function: Any, shape: tuple[int, ...]) -> None:
         self._function, self._shape = function, shape
 
-    def __call__(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> Array:
-        return np.array(self._function(x, u, p), float).reshape(self._shape)
+    def __call__(self, *values: ArrayLike) -> Array:
+        """Return the array at the values of each list."""
+        return np.array(self._function(*values), float).reshape(self._shape)
 
 
-def _evaluator(symbols: list[list[Any]], expressions: Any) -> _Evaluator:
+def evaluator(symbols: list[list[Any]], expressions: Any) -> Evaluator:
     """Compile expressions to NumPy through SymPy, a road of its own beside the C printer."""
     import sympy as sp
 
@@ -204,4 +211,4 @@ def _evaluator(symbols: list[list[Any]], expressions: Any) -> _Evaluator:
     flat = [e for row in rows for e in (row if isinstance(row, list) else [row])]
     shape = (len(rows), len(rows[0])) if rows and isinstance(rows[0], list) else (len(rows),)
     arguments = [[sp.sympify(s) for s in part] for part in symbols]
-    return _Evaluator(sp.lambdify(arguments, flat, "numpy", cse=True), shape)
+    return Evaluator(sp.lambdify(arguments, flat, "numpy", cse=True), shape)
