@@ -25,11 +25,7 @@ model = rn.Model(
 
 def main(backend="auto"):
     rng, t, start = np.random.default_rng(1), np.arange(0, 30, 0.01), rn.Start.at(model)
-    f, torque, x = (
-        rn.model.NumericModel(model),
-        3 * np.sin(1.7 * t)[:, None],
-        [rng.multivariate_normal(start.x, start.P)],
-    )
+    f, torque, x = rn.model.NumericModel(model), 3 * np.sin(2 * t)[:, None], [rng.multivariate_normal(start.x, start.P)]
     for u in torque[1:]:
         x.append(rng.multivariate_normal(f.propagate(x[-1], u, 0.01), f.transition(x[-1], u, 0.01)[1]))
     z = {"torque": torque, "encoder": np.array(x)[:, :1] + 0.02 * rng.standard_normal(torque.shape)}
