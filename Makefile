@@ -23,30 +23,30 @@ stale = $(shell [ -x $(BIN)/python ] && grep -qsxF '$(FOLDER)' $(1) $(if $(PYTHO
 .NOTPARALLEL:
 
 demo: $(RUNTIME)
-	$(RUN) robustnav demo attitude --out out/attitude
+	@$(RUN) robustnav demo attitude --out out/attitude
 
 test: $(DEV)
-	$(RUN) pytest -n auto
+	@$(RUN) pytest -n auto
 
 lint: $(DEV)
-	$(RUN) ruff check .
-	$(RUN) ruff format --check .
-	$(RUN) mypy
+	@$(RUN) ruff check .
+	@$(RUN) ruff format --check .
+	@$(RUN) mypy
 
 # The committed C of the built-in models.
 generate: $(DEV)
-	$(RUN) robustnav.model.generate
+	@$(RUN) robustnav.model.generate
 
 examples: $(DEV)
-	$(RUN) pytest -n auto tests/test_examples.py
+	@$(RUN) pytest -n auto tests/test_examples.py
 
 # The C under every warning, and the sanitizers over kernel and extension.
 native: $(DEV)
-	$(MAKE) --no-print-directory -C tests/native PYTHON='$(CURDIR)/$(BIN)/python'
+	@$(MAKE) --no-print-directory -C tests/native PYTHON='$(CURDIR)/$(BIN)/python'
 
 wheel: $(DEV)
 	rm -rf build/wheel
-	$(RUN) build --outdir build/wheel
+	@$(RUN) build --outdir build/wheel
 
 $(RUNTIME): $(SOURCES) $(call stale,$(RUNTIME))
 	@PYTHON='$(PYTHON)' tools/venv.sh report
