@@ -120,5 +120,7 @@ class Step:
         weights: Exprs = []
         for i, noise in enumerate(self.model.noises):
             weights += [se.Symbol(f"q_{i}")] * noise.size
+        if not weights:
+            return [[se.Integer(0)] * len(G) for _ in G]
         weighted = [[g * w for g, w in zip(row, weights, strict=True)] for row in G]
         return product(weighted, transpose(G))
