@@ -24,8 +24,9 @@ typedef struct {
 void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const real *z, real variance, real gate,
                     const real *p, RN(seen) * seen);
 
-/* Constant-gain correction.  r: residual rows of all sensors in order, zero where absent; K: ne x rows. */
-void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *r);
+/* Constant-gain correction with the sensors whose bits are set in mask, their readings one after the other in z.
+ * K: ne x rows of all sensors; r: residual rows of all sensors, zero where absent. */
+void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *z, int mask, const real *p, real *r);
 
 /* Numbers of scratch the unscented steps need. */
 int RN(ukf_scratch)(const RN(model) * m);

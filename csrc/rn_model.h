@@ -8,7 +8,7 @@
 
 #include "rn_real.h"
 
-#define RN_ABI 1
+#define RN_ABI 2
 #define RN_MAX_STATE 48
 #define RN_MAX_INPUT 16
 #define RN_MAX_PARAMETERS 32
@@ -43,6 +43,8 @@ typedef struct {
     void (*inject_turned)(real *x, const real *e);               /* the same, body vectors of e given in n */
     void (*difference)(const real *a, const real *b, real *e);   /* e = a [-] b */
     void (*gain)(const real *K, const real *r, real *e);         /* e = K r over the gain's structural non-zeros */
+    /* constant-gain correction with readings of all sensors, one after the other in z; r: their residuals */
+    void (*correct)(real *x, const real *z, const real *K, const real *p, real *r);
 } RN(model);
 
 #endif

@@ -658,11 +658,98 @@ RN_INLINE void rn_attitude_gain(const real *K, const real *r, real *e)
     e[5] = K[26] * r[1] + K[28] * r[3];
 }
 
+RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const real *p, real *r)
+{
+    const real s_q_nb_0 = x[0];
+    const real s_q_nb_1 = x[1];
+    const real s_q_nb_2 = x[2];
+    const real s_q_nb_3 = x[3];
+    const real s_gyro_bias_0 = x[4];
+    const real s_gyro_bias_1 = x[5];
+    const real s_gyro_bias_2 = x[6];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real z_3 = z[3];
+    const real z_4 = z[4];
+    const real z_5 = z[5];
+    const real K_1 = K[1];
+    const real K_3 = K[3];
+    const real K_5 = K[5];
+    const real K_7 = K[7];
+    const real K_9 = K[9];
+    const real K_11 = K[11];
+    const real K_13 = K[13];
+    const real K_16 = K[16];
+    const real K_18 = K[18];
+    const real K_20 = K[20];
+    const real K_22 = K[22];
+    const real K_24 = K[24];
+    const real K_26 = K[26];
+    const real K_28 = K[28];
+    const real t_0 = s_q_nb_0 * s_q_nb_1;
+    const real t_1 = s_q_nb_2 * s_q_nb_3;
+    const real t_2 = R(2.0) * (t_1 - t_0);
+    const real t_3 = s_q_nb_3 * s_q_nb_3;
+    const real t_4 = s_q_nb_1 * s_q_nb_1;
+    const real t_5 = R(1.0) - R(2.0) * (t_4 + t_3);
+    const real t_6 = s_q_nb_0 * s_q_nb_3;
+    const real t_7 = s_q_nb_1 * s_q_nb_2;
+    const real t_8 = t_6 + t_7;
+    const real t_9 = R(2.0) * t_8;
+    const real r_1 = t_2 * z_2 + t_5 * z_1 + t_9 * z_0;
+    const real t_10 = R(2.0) * z_3;
+    const real r_3 = t_2 * z_5 + t_5 * z_4 + t_8 * t_10;
+    const real de_2 = K_11 * r_1 + K_13 * r_3;
+    const real t_11 = R(0.5) * de_2;
+    const real t_12 = t_7 - t_6;
+    const real t_13 = R(2.0) * t_12;
+    const real t_14 = s_q_nb_0 * s_q_nb_2;
+    const real t_15 = s_q_nb_1 * s_q_nb_3;
+    const real t_16 = R(2.0) * (t_14 + t_15);
+    const real t_17 = s_q_nb_2 * s_q_nb_2;
+    const real t_18 = R(1.0) - R(2.0) * (t_3 + t_17);
+    const real r_0 = t_13 * z_1 + t_16 * z_2 + t_18 * z_0;
+    const real t_19 = R(2.0) * z_4;
+    const real r_2 = t_19 * t_12 + t_16 * z_5 + t_18 * z_3 - p_mag_north;
+    const real t_20 = R(1.0) - R(2.0) * (t_4 + t_17);
+    const real t_21 = t_0 + t_1;
+    const real t_22 = t_15 - t_14;
+    const real r_4 = t_20 * z_5 + t_19 * t_21 + t_10 * t_22 - p_mag_down;
+    const real de_1 = K_5 * r_0 + K_7 * r_2 + K_9 * r_4;
+    const real t_23 = R(0.5) * de_1;
+    const real de_0 = K_1 * r_1 + K_3 * r_3;
+    const real t_24 = R(0.5) * de_0;
+    const real n_0 = s_q_nb_0 - s_q_nb_3 * t_11 - s_q_nb_2 * t_23 - s_q_nb_1 * t_24;
+    const real n_1 = s_q_nb_1 + s_q_nb_3 * t_23 + s_q_nb_0 * t_24 - s_q_nb_2 * t_11;
+    const real n_2 = s_q_nb_2 + s_q_nb_1 * t_11 + s_q_nb_0 * t_23 - s_q_nb_3 * t_24;
+    const real n_3 = s_q_nb_3 + s_q_nb_0 * t_11 + s_q_nb_2 * t_24 - s_q_nb_1 * t_23;
+    const real scale = R(1.0) / rn_sqrt(((n_0 * n_0) + (n_1 * n_1) + (n_2 * n_2) + (n_3 * n_3)));
+    const real de_3 = K_16 * r_1 + K_18 * r_3;
+    const real de_4 = K_20 * r_0 + K_22 * r_2 + K_24 * r_4;
+    const real de_5 = K_26 * r_1 + K_28 * r_3;
+    const real t_25 = R(2.0) * de_5;
+    x[0] = n_0 * scale;
+    x[1] = n_1 * scale;
+    x[2] = n_2 * scale;
+    x[3] = n_3 * scale;
+    x[4] = s_gyro_bias_0 + de_4 * t_9 + t_22 * t_25 + de_3 * t_18;
+    x[5] = s_gyro_bias_1 + de_4 * t_5 + t_21 * t_25 + de_3 * t_13;
+    x[6] = s_gyro_bias_2 + de_4 * t_2 + de_5 * t_20 + de_3 * t_16;
+    r[0] = r_0;
+    r[1] = r_1;
+    r[2] = r_2;
+    r[3] = r_3;
+    r[4] = r_4;
+}
+
 static const RN(sensor) rn_attitude_sensors[] = {
     {"accel", 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_update_accel},
     {"mag", 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_update_mag}};
 static const RN(model) rn_attitude_model = {
     RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 3, 3, 2, rn_attitude_sensors,
-    rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_gain};
+    rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_gain, rn_attitude_correct};
 
 #endif

@@ -782,11 +782,99 @@ RN_INLINE void rn_attitude_euler_gain(const real *K, const real *r, real *e)
     e[5] = K[30] * r[0] + K[31] * r[1] + K[32] * r[2] + K[33] * r[3] + K[34] * r[4] + K[35] * r[5];
 }
 
+RN_INLINE void rn_attitude_euler_correct(real *x, const real *z, const real *K, const real *p, real *r)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real p_gravity = p[0];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real z_3 = z[3];
+    const real z_4 = z[4];
+    const real z_5 = z[5];
+    const real K_0 = K[0];
+    const real K_1 = K[1];
+    const real K_2 = K[2];
+    const real K_3 = K[3];
+    const real K_4 = K[4];
+    const real K_5 = K[5];
+    const real K_6 = K[6];
+    const real K_7 = K[7];
+    const real K_8 = K[8];
+    const real K_9 = K[9];
+    const real K_10 = K[10];
+    const real K_11 = K[11];
+    const real K_12 = K[12];
+    const real K_13 = K[13];
+    const real K_14 = K[14];
+    const real K_15 = K[15];
+    const real K_16 = K[16];
+    const real K_17 = K[17];
+    const real K_18 = K[18];
+    const real K_19 = K[19];
+    const real K_20 = K[20];
+    const real K_21 = K[21];
+    const real K_22 = K[22];
+    const real K_23 = K[23];
+    const real K_24 = K[24];
+    const real K_25 = K[25];
+    const real K_26 = K[26];
+    const real K_27 = K[27];
+    const real K_28 = K[28];
+    const real K_29 = K[29];
+    const real K_30 = K[30];
+    const real K_31 = K[31];
+    const real K_32 = K[32];
+    const real K_33 = K[33];
+    const real K_34 = K[34];
+    const real K_35 = K[35];
+    const real t_0 = rn_sin(s_euler_1);
+    const real r_0 = z_0 - p_gravity * t_0;
+    const real t_1 = rn_sin(s_euler_0);
+    const real t_2 = rn_cos(s_euler_1);
+    const real t_3 = p_gravity * t_2;
+    const real r_1 = t_1 * t_3 + z_1;
+    const real t_4 = rn_cos(s_euler_0);
+    const real r_2 = t_3 * t_4 + z_2;
+    const real t_5 = rn_cos(s_euler_2);
+    const real r_3 = z_3 - ((p_mag_north * t_2 * t_5 - p_mag_down * t_0));
+    const real t_6 = p_mag_down * t_2;
+    const real t_7 = t_0 * t_5;
+    const real t_8 = rn_sin(s_euler_2);
+    const real r_4 = z_4 - ((p_mag_north * (t_1 * t_7 - t_4 * t_8) + t_1 * t_6));
+    const real r_5 = z_5 - ((p_mag_north * (t_1 * t_8 + t_4 * t_7) + t_4 * t_6));
+    const real de_0 = K_0 * r_0 + K_1 * r_1 + K_2 * r_2 + K_3 * r_3 + K_4 * r_4 + K_5 * r_5;
+    const real de_1 = K_6 * r_0 + K_7 * r_1 + K_8 * r_2 + K_9 * r_3 + K_10 * r_4 + K_11 * r_5;
+    const real de_2 = K_12 * r_0 + K_13 * r_1 + K_14 * r_2 + K_15 * r_3 + K_16 * r_4 + K_17 * r_5;
+    const real de_3 = K_18 * r_0 + K_19 * r_1 + K_20 * r_2 + K_21 * r_3 + K_22 * r_4 + K_23 * r_5;
+    const real de_4 = K_24 * r_0 + K_25 * r_1 + K_26 * r_2 + K_27 * r_3 + K_28 * r_4 + K_29 * r_5;
+    const real de_5 = K_30 * r_0 + K_31 * r_1 + K_32 * r_2 + K_33 * r_3 + K_34 * r_4 + K_35 * r_5;
+    x[0] = de_0 + s_euler_0;
+    x[1] = de_1 + s_euler_1;
+    x[2] = de_2 + s_euler_2;
+    x[3] = de_3 + s_gyro_bias_0;
+    x[4] = de_4 + s_gyro_bias_1;
+    x[5] = de_5 + s_gyro_bias_2;
+    r[0] = r_0;
+    r[1] = r_1;
+    r[2] = r_2;
+    r[3] = r_3;
+    r[4] = r_4;
+    r[5] = r_5;
+}
+
 static const RN(sensor) rn_attitude_euler_sensors[] = {
     {"accel", 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_update_accel},
     {"mag", 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_update_mag}};
 static const RN(model) rn_attitude_euler_model = {
     RN_ABI, (int)sizeof(real), "attitude_euler", 6, 6, 3, 2, 3, 2, rn_attitude_euler_sensors,
-    rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_gain};
+    rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_gain, rn_attitude_euler_correct};
 
 #endif

@@ -20,11 +20,25 @@ typedef struct {
     double *times;
 } filter_t;
 
+/* A loop of a few turns: unrolling or vectorising it costs more than it saves. */
 static int all_finite(const double *v, int n)
 {
     double sum = 0.0;
     for (int i = 0; i < n; i++) sum += v[i] * 0.0;
     return sum == 0.0;
+}
+
+/* Numbers in the kernel's type: as they are in double, copied to `room` in float. */
+static const real *as_real(real *room, const double *v, int n)
+{
+#ifdef RN_FLOAT
+    to_real(room, v, n);
+    return room;
+#else
+    RN_UNUSED(room);
+    RN_UNUSED(n);
+    return v;
+#endif
 }
 
 static const void *built_in(int index)
@@ -120,8 +134,8 @@ static void store(const void *memory, double *x, double *P, double *time, double
 static void predict(void *memory, const double *u, double dt)
 {
     filter_t *f = memory;
-    real input[RN_MAX_INPUT];
-    to_real(input, u, f->model->nu);
+    real room[RN_MAX_INPUT];
+    const real *input = as_real(room, u, f->model->nu);
     f->elapsed += dt;
     f->time += dt;
     switch (f->kind) {
@@ -146,29 +160,32 @@ static void keep_seen(double *out, const RN(seen) * seen, int rows)
 static void correct_fixed(filter_t *f, const double *const z[], double *const seen[])
 {
     const RN(model) *m = f->model;
-    real reading[RN_MAX_ROWS], r[RN_HOST_SENSORS * RN_MAX_ROWS];
+    real all[RN_HOST_SENSORS * RN_MAX_ROWS], r[RN_HOST_SENSORS * RN_MAX_ROWS], *reading = all;
+    const int whole = (1 << m->nsensors) - 1;
     int mask = 0;
     for (int j = 0; j < m->nsensors; j++) {
-        real *own = r + f->row_start[j];
-        const int here = z[j] != NULL && all_finite(z[j], m->sensors[j].size);
-        for (int a = 0; a < m->sensors[j].rows; a++) own[a] = R(0.0);
-        if (!here) continue;
+        if (z[j] == NULL || !all_finite(z[j], m->sensors[j].size)) continue;
         mask |= 1 << j;
         to_real(reading, z[j], m->sensors[j].size);
-        m->sensors[j].residual(f->x, reading, f->p, own);
-        if (seen[j]) {
-            RN(seen) one = {.nis = (real)NAN, .used = 1};
-            for (int a = 0; a < m->sensors[j].rows; a++) {
-                one.nu[a] = own[a];
-                one.s[a] = (real)NAN;
-            }
-            keep_seen(seen[j], &one, m->sensors[j].rows);
-        }
+        reading += m->sensors[j].size;
     }
     if (!mask) return;
     while (f->set + 1 < f->sets && f->elapsed >= f->times[f->set + 1]) f->set++;
     const size_t one = (size_t)(m->ne * f->rows_total), subsets = ((size_t)1 << m->nsensors) - 1;
-    RN(fixed_correct)(m, f->x, f->gains + ((size_t)f->set * subsets + (size_t)(mask - 1)) * one, r);
+    const real *K = f->gains + ((size_t)f->set * subsets + (size_t)(mask - 1)) * one;
+    if (mask == whole)
+        m->correct(f->x, all, K, f->p, r);
+    else
+        RN(fixed_correct)(m, f->x, K, all, mask, f->p, r);
+    for (int j = 0; j < m->nsensors; j++) {
+        if (!seen[j] || !(mask >> j & 1)) continue;
+        RN(seen) kept = {.nis = (real)NAN, .used = 1};
+        for (int a = 0; a < m->sensors[j].rows; a++) {
+            kept.nu[a] = r[f->row_start[j] + a];
+            kept.s[a] = (real)NAN;
+        }
+        keep_seen(seen[j], &kept, m->sensors[j].rows);
+    }
 }
 
 static void correct(void *memory, const double *const z[], double *const seen[])
@@ -180,10 +197,10 @@ static void correct(void *memory, const double *const z[], double *const seen[])
         return;
     }
     for (int j = 0; j < m->nsensors; j++) {
-        real reading[RN_MAX_ROWS];
+        real room[RN_MAX_ROWS];
         RN(seen) one;
         if (z[j] == NULL || !all_finite(z[j], m->sensors[j].size)) continue;
-        to_real(reading, z[j], m->sensors[j].size);
+        const real *reading = as_real(room, z[j], m->sensors[j].size);
         if (f->kind == RN_KIND_UKF)
             RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one, f->scratch);
         else

@@ -37,6 +37,7 @@ class _Generator:
         self.model = model
         self.derivation = Derivation(model)
         self.n = model.error_size
+        self._pattern = gain_pattern(self.derivation, [self._rows(s)[1] for s in model.sensors])
         self.reads = {
             **{str(s): f"x[{i}]" for i, s in enumerate(self.derivation.x)},
             **{str(s): f"u[{i}]" for i, s in enumerate(self.derivation.u)},
@@ -46,7 +47,11 @@ class _Generator:
             **{f"e_{i}": f"e[{i}]" for i in range(self.n)},
             **{f"a_{i}": f"a[{i}]" for i in range(model.state_size)},
             **{f"b_{i}": f"b[{i}]" for i in range(model.state_size)},
-            **{f"z_{i}": f"z[{i}]" for i in range(max([s.size for s in model.sensors], default=0))},
+            **{f"z_{i}": f"z[{i}]" for i in range(sum(s.size for s in model.sensors))},
+            **{
+                f"K_{i}": f"K[{i}]"
+                for i in range(self.n * sum(len(self.derivation.rows(s.name)) for s in model.sensors))
+            },
         }
 
     def header(self) -> str:
@@ -65,7 +70,7 @@ class _Generator:
         ]
         for sensor in self.model.sensors:
             parts += [self._measure(sensor), self._residual(sensor), self._jacobian(sensor), self._update(sensor)]
-        parts += [self._gain(), self._table(), "#endif"]
+        parts += [self._gain(), self._correct(), self._table(), "#endif"]
         return "\n".join(parts) + "\n"
 
     def _describe(self) -> str:
@@ -129,21 +134,25 @@ class _Generator:
     def _inject(self, name: str, *, turned: bool) -> str:
         import symengine as se
 
-        program, x, outputs = Program(), self.derivation.x, []
+        program = Program()
+        moved = self._moved(program, [se.Symbol(f"e_{i}") for i in range(self.n)], turned=turned)
+        return self._function(name, "real *x, const real *e", program, _store("x", [moved]))
+
+    def _moved(self, program: Program, error: Exprs, *, turned: bool) -> Exprs:
+        """Return x [+] e; ``turned``: body vectors of e are given in navigation axes."""
+        x, out = self.derivation.x, []
         rotation = self.model.rotation
         turned = turned and rotation is not None and rotation.error == "n"
         for block in self.model.state:
-            rows, columns = self.model.state_slices[block.name], self.model.error_slices[block.name]
-            e = [se.Symbol(f"e_{i}") for i in range(columns.start, columns.stop)]
+            part, e = x[self.model.state_slices[block.name]], error[self.model.error_slices[block.name]]
             if isinstance(block, Rotation):
-                new = _inject_quaternion(program, x[rows], e, block.error)
+                out += _inject_quaternion(program, part, e, block.error)
             elif turned and block.frame == "b":
                 C_bn = transpose(matrix(self.derivation.quaternion(x)))
-                new = [a + r[0] for a, r in zip(x[rows], product(C_bn, [[v] for v in e]), strict=True)]
+                out += [a + r[0] for a, r in zip(part, product(C_bn, [[v] for v in e]), strict=True)]
             else:
-                new = [a + v for a, v in zip(x[rows], e, strict=True)]
-            outputs += [(f"x[{rows.start + i}]", v) for i, v in enumerate(new)]
-        return self._function(name, "real *x, const real *e", program, outputs)
+                out += [a + v for a, v in zip(part, e, strict=True)]
+        return out
 
     def _difference(self) -> str:
         import symengine as se
@@ -163,11 +172,11 @@ class _Generator:
             outputs += [(f"e[{columns.start + i}]", v) for i, v in enumerate(values)]
         return self._function("difference", "const real *a, const real *b, real *e", program, outputs)
 
-    def _rows(self, sensor: Sensor) -> tuple[Exprs, Rows]:
-        """Return the residual rows a sensor is fused as and their Jacobian, rows that see nothing left out."""
+    def _rows(self, sensor: Sensor, first: int = 0) -> tuple[Exprs, Rows]:
+        """Return the residual rows a sensor is fused as and their Jacobian, for a reading that starts at z[first]."""
         import symengine as se
 
-        z = [se.Symbol(f"z_{i}") for i in range(sensor.size)]
+        z = [se.Symbol(f"z_{first + i}") for i in range(sensor.size)]
         if self.derivation.in_navigation(sensor.name):
             v = self.derivation.directions[sensor.name]
             C = matrix(self.derivation.quaternion(self.derivation.x))
@@ -217,12 +226,29 @@ class _Generator:
         return self._function(f"update_{sensor.name}", signature, program, outputs, tail)
 
     def _gain(self) -> str:
-        rows = [len(self._rows(s)[0]) for s in self.model.sensors]
-        total, lines = sum(rows), []
-        for i, pattern in enumerate(gain_pattern(self.derivation, [self._rows(s)[1] for s in self.model.sensors])):
-            terms = [f"K[{i * total + j}] * r[{j}]" for j in range(total) if pattern[j]]
+        lines = []
+        for i, pattern in enumerate(self._pattern):
+            terms = [f"K[{i * len(pattern) + j}] * r[{j}]" for j in range(len(pattern)) if pattern[j]]
             lines.append(f"e[{i}] = {' + '.join(terms) or 'R(0.0)'};")
         return self._function("gain", "const real *K, const real *r, real *e", Program(), [], lines)
+
+    def _correct(self) -> str:
+        """Residuals of all sensors, gain and correction in one: the constant-gain filter when nothing is missing."""
+        import symengine as se
+
+        program, residuals, first = Program(), [], 0
+        for sensor in self.model.sensors:
+            residuals += self._rows(sensor, first)[0]
+            first += sensor.size
+        r = program.let_all("r", residuals)
+        error = [
+            program.let(f"de_{i}", sum(se.Symbol(f"K_{i * len(r) + j}") * v for j, v in enumerate(r) if pattern[j]))
+            for i, pattern in enumerate(self._pattern)
+        ]
+        outputs = _store("x", [self._moved(program, error, turned=True)]) + _store("r", [r])
+        return self._function(
+            "correct", "real *x, const real *z, const real *K, const real *p, real *r", program, outputs
+        )
 
     def _table(self) -> str:
         m, name = self.model, self.model.name
@@ -232,7 +258,7 @@ class _Generator:
             for s in m.sensors
         )
         sizes = (m.state_size, self.n, m.input_size, len(m.noises), len(m.parameters), len(m.sensors))
-        functions = ["propagate", "predict", "transition", "inject", "inject_turned", "difference", "gain"]
+        functions = ["propagate", "predict", "transition", "inject", "inject_turned", "difference", "gain", "correct"]
         return (
             f"static const RN(sensor) rn_{name}_sensors[] = {{\n{sensors}}};\n"
             f"static const RN(model) rn_{name}_model = {{\n"
