@@ -38,11 +38,11 @@ class Spread:
 def _points(model: ModelFunctions, x: Array, P: Array, spread: float) -> tuple[Array, list[Array]]:
     """Return error offsets (2 n + 1, ne) and the states there."""
     try:
-        L = np.linalg.cholesky(P)
-    except np.linalg.LinAlgError as why:
-        raise EstimatorError(
-            "covariance of the unscented filter is not positive definite", got=str(np.diag(P))
-        ) from why
+        L = np.linalg.cholesky(P) if np.isfinite(P).all() else None  # of a NaN it would return NaN
+    except np.linalg.LinAlgError:
+        L = None
+    if L is None:
+        raise EstimatorError("covariance of the unscented filter is not positive definite", got=str(np.diag(P)))
     offsets = [np.zeros(len(P))]
     for column in np.sqrt(spread) * L.T:
         offsets += [column, -column]
