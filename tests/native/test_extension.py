@@ -128,6 +128,53 @@ def test_missing_readings_leave_the_state_finite(name, kind, real):
     assert np.isfinite(x).all() and np.isfinite(P).all()
 
 
+@pytest.mark.parametrize("kind", ["f4", ">f8", "i8", "u1"])
+def test_an_array_must_hold_doubles(kind):
+    model, one = new_filter("attitude", 0)
+    with pytest.raises(TypeError, match="expected 'd'"):
+        one.load(np.zeros(model.sizes[0], kind), None, 0.0, 0.0)
+    with pytest.raises(TypeError, match="contiguous"):
+        one.load(np.zeros(2 * model.sizes[0])[::2], None, 0.0, 0.0)
+
+
+def test_an_output_must_be_writable():
+    model, one = new_filter("attitude", 0)
+    state = np.zeros(model.sizes[0])
+    state.flags.writeable = False
+    with pytest.raises(TypeError, match="state"):
+        one.store(state, None)
+
+
+@pytest.mark.parametrize("position", range(3))
+@pytest.mark.parametrize("size", [0, 1, 2, 4, 1000])
+@pytest.mark.parametrize("make", [np.zeros, lambda n: [0.0] * n], ids=["array", "list"])
+def test_each_streamed_reading_must_have_its_size(position, size, make):
+    _, one = new_filter("attitude", 0)
+    arguments = [np.zeros(3), np.zeros(3), np.zeros(3), 0.01]
+    arguments[position] = make(size)
+    with pytest.raises(ValueError, match="expected 3 numbers"):
+        one.update(*arguments)
+
+
+@pytest.mark.parametrize("count", [0, 1, 3, 5, 12])
+def test_update_takes_one_argument_a_sensor(count):
+    _, one = new_filter("attitude", 0)
+    with pytest.raises(TypeError, match="update takes"):
+        one.update(*[None] * (count - 1), *[0.0] * (count > 0))
+
+
+def test_strided_and_plain_readings_are_the_same():
+    model, one = new_filter("attitude", 0)
+    _, other = new_filter("attitude", 0)
+    table = np.arange(12.0).reshape(3, 4) / 10
+    one.update(table[:, 1], table[:, 2], table[::-1, 3], 0.01)
+    other.update(list(table[:, 1]), tuple(table[:, 2]), table[::-1, 3].copy(), 0.01)
+    states = np.empty((2, model.sizes[0]))
+    one.store(states[0], None)
+    other.store(states[1], None)
+    np.testing.assert_array_equal(*states)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_an_input_must_be_finite(bad):
     _, one = new_filter("attitude", 0)
