@@ -50,16 +50,16 @@ class ReferenceFilter:
         *values, dt = arguments
         if len(values) != 1 + len(self.model.model.sensors) or not isinstance(dt, float | int) or not 0 <= dt < 1e9:
             raise InputError("update", got=f"{len(values)} arrays and dt = {dt}", expected="input, readings, dt >= 0")
-        if dt > 0:
-            u = np.asarray(values[0], float)
-            if u.shape != (self.model.model.input_size,) or not np.isfinite(u).all():
-                raise InputError("filter input", got=str(values[0]), expected="finite numbers")
-            self._predict(u, float(dt))
         readings = {j: np.asarray(z, float) for j, z in enumerate(values[1:]) if z is not None}
         for j, z in readings.items():
             size = self.model.model.sensors[j].size
             if z.shape != (size,):
                 raise InputError(self.model.model.sensors[j].name, got=f"shape {z.shape}", expected=f"{size} numbers")
+        if dt > 0:
+            u = np.asarray(values[0], float)
+            if u.shape != (self.model.model.input_size,) or not np.isfinite(u).all():
+                raise InputError("filter input", got=str(values[0]), expected="finite numbers")
+            self._predict(u, float(dt))
         self._correct({j: z for j, z in readings.items() if np.isfinite(z).all()})
 
     def run(
