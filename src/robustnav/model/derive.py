@@ -101,14 +101,12 @@ class Derivation:
             )
 
     def _collect(self, what: str, given: Any, sizes: dict[str, int]) -> dict[str, Exprs]:
-        import symengine as se
-
         known = {*self.x, *self.p, *([*self.u, *self.w] if what == "rate" else [])}
         out = {}
         for name, size in sizes.items():
             if name not in given:
                 raise InputError(f"model {self.model.name!r}", got=f"no {what} for {name!r}", expected=f"a {what} each")
-            values = [se.sympify(e) for e in (given[name] if hasattr(given[name], "__len__") else [given[name]])]
+            values = [_without_tan(e) for e in (given[name] if hasattr(given[name], "__len__") else [given[name]])]
             place = f"{what} of {name!r} in model {self.model.name!r}"
             if len(values) != size:
                 raise InputError(place, got=f"{len(values)} expressions", expected=f"{size}")
@@ -235,3 +233,11 @@ def _quaternion_rows(q: Exprs, error: str) -> Rows:
     if error == "n":
         return [[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]]
     return [[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]]
+
+
+def _without_tan(expression: Any) -> Any:
+    """Return an expression in symengine, tan as sin/cos: those are at hand, and tan is the costliest of the three."""
+    import symengine as se
+    import sympy as sp
+
+    return se.sympify(sp.sympify(expression).replace(sp.tan, lambda angle: sp.sin(angle) / sp.cos(angle)))
