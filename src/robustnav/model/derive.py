@@ -186,6 +186,12 @@ class Derivation:
         zero = dict.fromkeys(self.w, 0)
         return [[e.subs(zero) for e in row] for row in A], [[e.subs(zero) for e in row] for row in G]
 
+    @property
+    def constant(self) -> bool:
+        """Whether the error's rate depends on parameters only, as in chains of integrators."""
+        varying = {*self.x, *self.u}
+        return not any(varying & set(e.free_symbols) for part in self.error_rate() for row in part for e in row)
+
     def _turned(self, C: Rows, g: Rows) -> Rows:
         """Turn noise into navigation axes, except isotropic noise of the attitude alone: turning does not change it."""
         import symengine as se

@@ -2,8 +2,9 @@
 
 The mean moves with the rate at the half-way state.  The Jacobian is taken there too: a velocity then sees the
 mid-step attitude.  Rotations are composed, never added: a first-order I - [w]x dt would inflate the covariance by
-(1 + |w dt|^2) each step.  Models without a rotation use the exact derivative of the midpoint map and the noise
-integral to third order in dt, exact for integrator chains.  Derivation: docs/models.md.
+(1 + |w dt|^2) each step.  Models without a rotation use the exact derivative of the midpoint map; where the error's
+rate is constant the noise integral is taken to third order in dt, exact for chains of two integrators.  Derivation:
+docs/models.md.
 """
 
 from __future__ import annotations
@@ -40,12 +41,12 @@ class Step:
             F = [[one[i][j] + A_mid[i][j] * dt for j in range(n)] for i in range(n)]
             if self.model.rotation.error == "b":
                 self._compose_body_rotation(F, A_mid)
-            Q = self._noise(G_mid)
-            Q = [[e * dt for e in row] for row in Q]
         else:
             A_0 = self.program.let_matrix("A0", A)
             half = [[one[i][j] + A_0[i][j] * dt / 2 for j in range(n)] for i in range(n)]
             F = [[one[i][j] + dt * e for j, e in enumerate(row)] for i, row in enumerate(product(A_mid, half))]
+        Q = [[dt * e for e in row] for row in self._noise(G_mid)]
+        if self.derivation.constant:
             AG = product(A_mid, G_mid)
             spread = [[g + dt / 2 * a for g, a in zip(*rows, strict=True)] for rows in zip(G_mid, AG, strict=True)]
             near, far = self._noise(spread), self._noise(AG)

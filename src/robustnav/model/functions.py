@@ -63,6 +63,7 @@ class NumericModel:
         zero = dict.fromkeys(derivation.w, 0)
         self._rate = evaluator(symbols, [e.subs(zero) for b in model.state for e in derivation.rates[b.name]])
         A, G = derivation.error_rate()
+        self._constant = derivation.constant
         self._A, self._G = evaluator(symbols, A), evaluator(symbols, G)
         self._h = [evaluator(symbols, derivation.h[s.name]) for s in model.sensors]
         self._v = [
@@ -92,15 +93,17 @@ class NumericModel:
         rotation = self.model.rotation
         if rotation is None:
             F = one + dt * A @ (one + dt / 2 * self._A(x, u, p))
-            spread, AG = G + dt / 2 * A @ G, A @ G
-            return F, dt * spread @ Qc @ spread.T + dt**3 / 12 * AG @ Qc @ AG.T
-        F = one + dt * A
-        if rotation.error == "b":
+        else:
+            F = one + dt * A
+        if rotation is not None and rotation.error == "b":
             rows = self.model.error_slices[rotation.name]
             phi = self._rate(middle, u, p)[self._rate_slice(rotation)] * dt
             F[rows] = (np.eye(3) - skew(phi) / 2) @ A[rows] * dt
             F[rows, rows] = matrix_from_quat(_increment(phi)).T
-        return F, dt * G @ Qc @ G.T
+        if not self._constant:
+            return F, dt * G @ Qc @ G.T
+        spread, AG = G + dt / 2 * A @ G, A @ G
+        return F, dt * spread @ Qc @ spread.T + dt**3 / 12 * AG @ Qc @ AG.T
 
     def inject(self, x: Array, e: Array) -> Array:
         """Return x [+] e."""
