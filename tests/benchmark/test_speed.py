@@ -61,6 +61,9 @@ def test_a_ratio_is_taken_within_rounds_so_a_slow_phase_cancels(monkeypatch):
     results = speed.benchmark_speed(works=[work])
     row = results["rows"][0]
     assert (row["ns"], row["least_ns"], row["ratio"]) == (10.0, 10.0, {"peer": 0.5})
+    ((title, shown),) = speed.tables(results)
+    assert title == "made-up: a step"
+    assert shown[0] == {"name": "ours", "ns": 10.0, "least_ns": 10.0, "x of peer": "0.5"}
 
 
 def test_contenders_take_turns_with_collection_off_and_every_other_round_reversed():

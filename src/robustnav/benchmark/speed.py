@@ -80,12 +80,12 @@ def benchmark_speed(
 
 
 def tables(results: dict[str, Any]) -> list[tuple[str, list[dict[str, object]]]]:
-    """Return one titled table a work; ``x of NAME`` columns are ratios to that baseline."""
+    """Return one titled table a work; ``x of NAME`` columns are ratios to that baseline, three digits each."""
     out: list[tuple[str, list[dict[str, object]]]] = []
     for name, about in results["works"].items():
         shown: list[dict[str, object]] = [
             {"name": row["name"], "ns": row["ns"], "least_ns": row["least_ns"]}
-            | {f"x of {baseline}": ratio for baseline, ratio in row["ratio"].items()}
+            | {f"x of {baseline}": f"{ratio:.3g}" for baseline, ratio in row["ratio"].items()}
             for row in results["rows"]
             if row["work"] == name
         ]
