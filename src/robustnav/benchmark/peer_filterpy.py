@@ -14,17 +14,17 @@ from robustnav.model.blocks import Model
 class EulerEquations:
     """The equations of ``attitude_euler``: state roll, pitch, yaw [rad] and gyro bias [rad/s].
 
-    The same step as the compiled model (midpoint rule, noise to third order), in blocks of three because half of
-    every matrix is known; docs/models.md, section 3.
+    The same step as the compiled model (midpoint rule), in blocks of three because half of every matrix is known;
+    docs/models.md, section 3.
     """
 
     def __init__(self, model: Model, dt: float) -> None:
         self.dt = dt
         self.gravity, self.north, self.down = model.parameter_values
-        self.gyro_q, self.bias_q = model.intensities
+        self.gyro_q, bias_q = model.intensities
         self.R = np.diag(np.repeat(model.variances, 3))
         self._F, self._H = np.eye(6), np.zeros((6, 6))
-        self._Q = np.diag([0.0, 0.0, 0.0, *[dt * self.bias_q] * 3])
+        self._Q = np.diag([0.0, 0.0, 0.0, *[dt * bias_q] * 3])
 
     def propagate(self, x: Array, u: Array) -> Array:
         """Return the state (6,) after one step of the gyro reading ``u`` (3,)."""
@@ -40,12 +40,7 @@ class EulerEquations:
         T_mid, A_mid = self._turn(roll, pitch), self._slope(roll, pitch, w)
         self._F[:3, :3] = np.eye(3) + dt * (A_mid + dt / 2 * A_mid @ A)
         self._F[:3, 3:] = -dt * (T_mid + dt / 2 * A_mid @ T)
-        AT, TT = A_mid @ T_mid, T_mid @ T_mid.T
-        spread = T_mid + dt / 2 * AT
-        far = self.gyro_q * AT @ AT.T + self.bias_q * TT
-        self._Q[:3, :3] = dt * (self.gyro_q * spread @ spread.T + dt**2 / 4 * self.bias_q * TT) + dt**3 / 12 * far
-        self._Q[:3, 3:] = -(dt**2) / 2 * self.bias_q * T_mid
-        self._Q[3:, :3] = self._Q[:3, 3:].T
+        self._Q[:3, :3] = dt * self.gyro_q * T_mid @ T_mid.T
         return self._F, self._Q
 
     def measure(self, x: Array) -> Array:
