@@ -19,7 +19,7 @@ LINES_IN_A_FUNCTION = 60  # without its docstring
 
 BASE = {"errors", "units", "frames", "earth", "records", "datasheet"}
 MODELS = BASE | {"model", "models", "design", "filter"}
-FACTS = {"sim", "logs", "calibrate", "doctor"}  # they know the base row alone; from `evaluate` on all may use them
+FACTS = {"sim", "logs", "calibrate", "doctor", "snapshot"}  # they know the base row alone
 MAY_IMPORT = {
     **dict.fromkeys(BASE, BASE),
     **dict.fromkeys(FACTS, BASE),
@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "filter": MODELS - {"models", "design"},
     "engine": MODELS,
     "export": MODELS | {"engine"},
-    "run": MODELS | {"engine"},
+    "run": MODELS | {"engine", "snapshot"},
     "evaluate": MODELS | {"engine", "run"} | FACTS,
     "report": MODELS | {"engine", "run", "evaluate", "export"} | FACTS,
     "studies": MODELS | {"engine", "run", "evaluate", "export", "report"} | FACTS,
