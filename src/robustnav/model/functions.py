@@ -91,10 +91,7 @@ class NumericModel:
         A, G = self.error_rate(middle, u)
         Qc, one = np.diag(self._intensities), np.eye(self.model.error_size)
         rotation = self.model.rotation
-        if rotation is None:
-            F = one + dt * A @ (one + dt / 2 * self._A(x, u, p))
-        else:
-            F = one + dt * A
+        F = one + dt * A @ (one + dt / 2 * self._A(x, u, p)) if rotation is None else one + dt * A
         if rotation is not None and rotation.error == "b":
             rows = self.model.error_slices[rotation.name]
             phi = self._rate(middle, u, p)[self._rate_slice(rotation)] * dt
