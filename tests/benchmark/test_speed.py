@@ -118,7 +118,7 @@ def test_the_hand_written_equations_are_those_of_the_compiled_model():
         np.testing.assert_allclose(theirs.propagate(x, u), ours.propagate(x, u, DT), rtol=1e-13, atol=1e-15)
         F, Q = ours.transition(x, u, DT)
         np.testing.assert_allclose(theirs.transition(x, u)[0], F, rtol=1e-12, atol=1e-15)
-        np.testing.assert_allclose(theirs.transition(x, u)[1], Q, rtol=1e-10, atol=1e-26)
+        np.testing.assert_allclose(theirs.transition(x, u)[1], Q, rtol=1e-12, atol=1e-24)
         for sensor, part in ((0, slice(0, 3)), (1, slice(3, 6))):
             np.testing.assert_allclose(theirs.measure(x)[part], ours.measure(sensor, x), rtol=1e-12, atol=1e-18)
             np.testing.assert_allclose(theirs.jacobian(x)[part], ours.jacobian(sensor, x), rtol=1e-12, atol=1e-18)
