@@ -93,17 +93,9 @@ def test_sd_are_roots_of_the_covariance():
 
 
 def test_events_name_what_was_missing():
-    t = np.r_[LOG.streams["gyro"].t[:100], LOG.streams["gyro"].t[100:] + 2.5]
-    log = with_stream("gyro", t=t)
-    log.streams["gyro"].values[[3, 4], 1] = np.nan
-    log.streams["accel"].values[7] = np.nan
-    log = replace(log, streams={k: v for k, v in log.streams.items() if k != "mag"})
-    try:
-        events = run(EKF(MODEL), log, START).events
-    finally:
-        LOG.streams["accel"].values[7] = LOG.streams["accel"].values[6]
-        LOG.streams["gyro"].values[[3, 4]] = LOG.streams["gyro"].values[[5, 6]]
-    assert events == (
+    gyro, accel = (Stream(n, LOG.streams[n].t.copy(), LOG.streams[n].values.copy(), "SI") for n in ("gyro", "accel"))
+    gyro.t[100:], gyro.values[[3, 4], 1], accel.values[7] = gyro.t[100:] + 2.5, np.nan, np.nan
+    assert run(EKF(MODEL), Log({"gyro": gyro, "accel": accel}, "a table"), START).events == (
         "2 of 200 input samples missing; each next one covered the time",
         "input pause of 2.520 s at 1.980 s",
         "1 of 200 accel readings missing: not fused",
