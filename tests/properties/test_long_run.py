@@ -52,7 +52,7 @@ def test_ten_million_steps_in_float(simulated, form):
             np.testing.assert_allclose(single.covariance, double.covariance, rtol=1e-3, atol=1e-12)
     assert single.snapshot()[3] == pytest.approx(STEPS / 100, rel=1e-6)
     assert min(roots) > 0
-    x = np.array(ends[2:])
+    x = np.array(ends[20:])  # the gyro bias has settled
     q_nb = x[:, :4] if estimator.model.rotation else quat_from_euler(x[:, :3])
     off = np.linalg.norm(rotation_error(q_nb, batch.q_nb[-1]), axis=1)
     assert off.max() < 0.3 * DEG
