@@ -41,3 +41,11 @@ def test_the_examples_pass_their_check(example):
     found = check_model(example.model, samples=3)
     damping = ("no sensor sees damping at the nominal point",)  # a pendulum at rest does not show it
     assert found.findings == (damping if example.model.name == "pendulum" else ())
+
+
+def test_the_model_in_the_documentation_is_whole():
+    text = (EXAMPLES.parent / "docs" / "models.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.S)
+    names = {}
+    exec(compile(code, "docs/models.md", "exec"), names)
+    assert check_model(names["model"], samples=2).passed
