@@ -10,9 +10,7 @@ void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const rea
     const size_t bytes = (size_t)RN_PACKED(m->ne) * sizeof(real);
     real before[RN_PACKED(RN_MAX_STATE)], dx[RN_MAX_STATE];
     memcpy(before, P, bytes);
-    const int refused = one->update(x, P, z, variance, p, dx, seen->nu, seen->s);
-    seen->nis = R(0.0);
-    for (int i = 0; i < one->rows; i++) seen->nis += seen->nu[i] * seen->nu[i] / seen->s[i];
+    const int refused = one->update(x, P, z, variance, p, dx, seen->nu, seen->s, &seen->nis);
     seen->used = refused == 0 && seen->nis <= gate && seen->nis < (real)INFINITY;
     if (seen->used)
         m->inject(x, dx);

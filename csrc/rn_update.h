@@ -4,12 +4,13 @@
 
 #include "rn_real.h"
 
-/* PH = P h', s = h PH + variance, nu the residual left after what dx already explains.
- * Returns 1 and leaves everything alone when s is NaN or has lost definiteness (0.999: margin for rounding). */
-RN_INLINE int rn_scalar_update(real *P, real *dx, const real *PH, int n, real s, real variance, real nu)
+/* PH = P h', s = h PH + variance, nu the residual left after what dx already explains; nis grows by nu^2 / s.
+ * Returns 1 and leaves P and dx alone when s is NaN or has lost definiteness (0.999: margin for rounding). */
+RN_INLINE int rn_scalar_update(real *P, real *dx, const real *PH, int n, real s, real variance, real nu, real *nis)
 {
-    if (!(s > R(0.999) * variance)) return 1;
     const real inverse = R(1.0) / s;
+    *nis += nu * nu * inverse;
+    if (!(s > R(0.999) * variance)) return 1;
     int k = 0;
     for (int i = 0; i < n; i++) {
         const real gain = PH[i] * inverse;

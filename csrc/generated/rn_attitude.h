@@ -487,7 +487,7 @@ RN_INLINE void rn_attitude_jacobian_accel(const real *x, const real *p, real *H)
     H[11] = R(0.0);
 }
 
-RN_INLINE int rn_attitude_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s)
+RN_INLINE int rn_attitude_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
@@ -506,18 +506,19 @@ RN_INLINE int rn_attitude_update_accel(const real *x, real *P, const real *z, re
     const real H_0_1 = p_gravity;
     const real H_1_0 = -p_gravity;
     int refused = 0;
+    *nis = R(0.0);
     for (int i = 0; i < 6; i++) dx[i] = R(0.0);
     {
         const real PH[6] = {H_0_1 * P[1], H_0_1 * P[6], H_0_1 * P[7], H_0_1 * P[8], H_0_1 * P[9], H_0_1 * P[10]};
         s[0] = variance + H_0_1 * PH[1];
         nu[0] = r_0 - (H_0_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0], nis);
     }
     {
         const real PH[6] = {H_1_0 * P[0], H_1_0 * P[1], H_1_0 * P[2], H_1_0 * P[3], H_1_0 * P[4], H_1_0 * P[5]};
         s[1] = variance + H_1_0 * PH[0];
         nu[1] = r_1 - (H_1_0 * dx[0]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1], nis);
     }
     return refused;
 }
@@ -593,7 +594,7 @@ RN_INLINE void rn_attitude_jacobian_mag(const real *x, const real *p, real *H)
     H[17] = R(0.0);
 }
 
-RN_INLINE int rn_attitude_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s)
+RN_INLINE int rn_attitude_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
@@ -626,24 +627,25 @@ RN_INLINE int rn_attitude_update_mag(const real *x, real *P, const real *z, real
     const real H_1_2 = t_0;
     const real H_2_1 = p_mag_north;
     int refused = 0;
+    *nis = R(0.0);
     for (int i = 0; i < 6; i++) dx[i] = R(0.0);
     {
         const real PH[6] = {H_0_1 * P[1], H_0_1 * P[6], H_0_1 * P[7], H_0_1 * P[8], H_0_1 * P[9], H_0_1 * P[10]};
         s[0] = variance + H_0_1 * PH[1];
         nu[0] = r_0 - (H_0_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0], nis);
     }
     {
         const real PH[6] = {H_1_0 * P[0] + H_1_2 * P[2], H_1_0 * P[1] + H_1_2 * P[7], H_1_0 * P[2] + H_1_2 * P[11], H_1_0 * P[3] + H_1_2 * P[12], H_1_0 * P[4] + H_1_2 * P[13], H_1_0 * P[5] + H_1_2 * P[14]};
         s[1] = variance + H_1_0 * PH[0] + H_1_2 * PH[2];
         nu[1] = r_1 - (H_1_0 * dx[0] + H_1_2 * dx[2]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1], nis);
     }
     {
         const real PH[6] = {H_2_1 * P[1], H_2_1 * P[6], H_2_1 * P[7], H_2_1 * P[8], H_2_1 * P[9], H_2_1 * P[10]};
         s[2] = variance + H_2_1 * PH[1];
         nu[2] = r_2 - (H_2_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2]);
+        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2], nis);
     }
     return refused;
 }

@@ -48,6 +48,28 @@ class EulerEquations:
         C = self._C_bn(x)
         return np.concatenate([-self.gravity * C[:, 2], self.north * C[:, 0] + self.down * C[:, 2]])
 
+    def accel(self, x: Array) -> Array:
+        """Return what the accelerometer reads at ``x`` (6,)."""
+        cp = cos(x[1])
+        up = np.array([sin(x[1]), -sin(x[0]) * cp, -cos(x[0]) * cp])
+        return np.asarray(self.gravity * up)
+
+    def accel_jacobian(self, x: Array) -> Array:
+        """Return the Jacobian (3, 6) of ``accel``."""
+        cr, sr, cp, sp = cos(x[0]), sin(x[0]), cos(x[1]), sin(x[1])
+        H = np.zeros((3, 6))
+        H[:, :2] = self.gravity * np.array([[0.0, cp], [-cr * cp, sr * sp], [sr * cp, cr * sp]])
+        return H
+
+    def mag(self, x: Array) -> Array:
+        """Return what the magnetometer reads at ``x`` (6,)."""
+        C = self._C_bn(x)
+        return np.asarray(self.north * C[:, 0] + self.down * C[:, 2])
+
+    def mag_jacobian(self, x: Array) -> Array:
+        """Return the Jacobian (3, 6) of ``mag``."""
+        return self.jacobian(x)[3:].copy()
+
     def jacobian(self, x: Array) -> Array:
         """Return the Jacobian (6, 6) of ``measure``; overwritten by the next call."""
         C, cr, sr = self._C_bn(x), cos(x[0]), sin(x[0])
@@ -102,15 +124,18 @@ class EulerEquations:
 
 
 class EulerEkf:
-    """filterpy's ``ExtendedKalmanFilter``: one predict and one update with all six rows a step."""
+    """filterpy's ``ExtendedKalmanFilter`` as ours works: a predict, then an update a sensor, each linearised anew."""
+
+    rows = 3  # of one update
 
     def __init__(self, kalman: Any, equations: EulerEquations, x: Array, P: Array) -> None:
         class Filter(kalman.ExtendedKalmanFilter):  # type: ignore[misc]
             def predict_x(self, u: Array) -> None:  # the library's own place for a nonlinear step
                 self.x: Array = equations.propagate(self.x, u)
 
-        self.equations, self.filter = equations, Filter(6, 6)
-        self.filter.R = equations.R
+        self.equations, self.filter = equations, Filter(6, self.rows)
+        self.R_accel, self.R_mag = equations.R[:3, :3], equations.R[3:, 3:]
+        self.filter.R = equations.R[: self.rows, : self.rows]
         self.restart(x, P)
 
     def restart(self, x: Array, P: Array) -> None:
@@ -118,7 +143,21 @@ class EulerEkf:
         self.filter.x, self.filter.P = x.copy(), P.copy()
 
     def step(self, gyro: Array, reading: Array) -> None:
-        """Predict with a gyro reading (3,) and update with accelerometer and magnetometer (6,)."""
+        """Predict with a gyro reading (3,), update with the accelerometer, then with the magnetometer (6,)."""
+        own, equations = self.filter, self.equations
+        own.F, own.Q = equations.transition(own.x, gyro)
+        own.predict(gyro)
+        own.update(reading[:3], equations.accel_jacobian, equations.accel, self.R_accel)
+        own.update(reading[3:], equations.mag_jacobian, equations.mag, self.R_mag)
+
+
+class EulerEkfJoint(EulerEkf):
+    """The same with one update of six rows: less work, for sensors that always come together."""
+
+    rows = 6
+
+    def step(self, gyro: Array, reading: Array) -> None:
+        """Predict with a gyro reading (3,) and update with accelerometer and magnetometer (6,) at once."""
         own, equations = self.filter, self.equations
         own.F, own.Q = equations.transition(own.x, gyro)
         own.predict(gyro)

@@ -217,12 +217,13 @@ class _Generator:
         for i, row in enumerate(H):
             names.append([f"H_{i}_{j}" if e != 0 else "" for j, e in enumerate(row)])
             outputs += [(f"const real H_{i}_{j}", e) for j, e in enumerate(row) if e != 0]
-        tail = ["int refused = 0;", f"for (int i = 0; i < {n}; i++) dx[i] = R(0.0);"]
+        tail = ["int refused = 0;", "*nis = R(0.0);", f"for (int i = 0; i < {n}; i++) dx[i] = R(0.0);"]
         for i, row_names in enumerate(names):
             columns = [j for j in range(n) if row_names[j]]
             tail += _scalar_row(i, columns, n)
         tail.append("return refused;")
-        signature = "const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s"
+        given = "const real *x, real *P, const real *z, real variance, const real *p"
+        signature = f"{given}, real *dx, real *nu, real *s, real *nis"
         return self._function(f"update_{sensor.name}", signature, program, outputs, tail)
 
     def _gain(self) -> str:
@@ -287,5 +288,5 @@ def _scalar_row(i: int, columns: list[int], n: int) -> list[str]:
     lines.append(f"    const real PH[{n}] = {{{', '.join(terms)}}};")
     lines.append(f"    s[{i}] = variance + {' + '.join(f'H_{i}_{c} * PH[{c}]' for c in columns)};")
     lines.append(f"    nu[{i}] = r_{i} - ({' + '.join(f'H_{i}_{c} * dx[{c}]' for c in columns)});")
-    lines.append(f"    refused += rn_scalar_update(P, dx, PH, {n}, s[{i}], variance, nu[{i}]);")
+    lines.append(f"    refused += rn_scalar_update(P, dx, PH, {n}, s[{i}], variance, nu[{i}], nis);")
     return [*lines, "}"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from robustnav.benchmark.callbacks import few, filterpy_steps
 from robustnav.benchmark.flight import WHAT, euler_model, quaternion_model
 from robustnav.benchmark.ours import sample_by_sample, whole_array
-from robustnav.benchmark.peer_filterpy import EulerEkf
+from robustnav.benchmark.peer_filterpy import EulerEkf, EulerEkfJoint
 from robustnav.benchmark.timing import Entry, Work
 from robustnav.run import EKF
 
@@ -19,6 +19,7 @@ WORK = Work(
         "mekf": Entry(lambda n: whole_array(EKF(quaternion_model()), n)),
         "mekf+call": Entry(lambda n: sample_by_sample(EKF(quaternion_model()), n)),
         "filterpy-ekf-euler": Entry(lambda n: filterpy_steps(EulerEkf, n), needs="filterpy", baseline=True),
+        "filterpy-ekf-euler-joint": Entry(lambda n: filterpy_steps(EulerEkfJoint, n), needs="filterpy", baseline=True),
         "numpy-ekf-euler": Entry(
             lambda n: sample_by_sample(EKF(euler_model()), few(n), backend="numpy"), needs="symengine", baseline=True
         ),
