@@ -51,7 +51,7 @@ def attitude(
         return
     for case, protocols in study.cases.items():
         for protocol in protocols:
-            say_table(f"Case {case}, protocol {protocol}, {seeds} seeds", rms_rows(study, case, protocol))
+            say_table(f"Case {case}, protocol {protocol}, RMS over {seeds} seeds", rms_rows(study, case, protocol))
     turns = [{"manoeuvre": k} | {f"{n}_rms_deg": v for n, v in row.items()} for k, row in study.turns.items()]
     say_table("RMS of the total attitude error", turns)
     say(f"\nreport: {page}")

@@ -166,14 +166,12 @@ def rms_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str, o
     result = study.cases[case][protocol]
     rows: list[dict[str, object]] = []
     for name, score in result.scores.items():
-        row = {"estimator": name} | _by_axis("rms_deg", score.rms_deg)
+        row = {"estimator": name} | _by_axis("deg", score.rms_deg)
         row["over_bound"] = None if result.bound_deg is None else float(np.max(score.rms_deg / result.bound_deg))
-        rows.append(row | {"to_1deg_s": float(np.median(score.settle_s)), "ns_per_step": result.ns_per_step[name]})
+        rows.append(row | {"to_1deg_s": float(np.median(score.settle_s)), "step_ns": round(result.ns_per_step[name])})
     if result.bound_deg is not None:
-        rows.append({"estimator": "bound"} | _by_axis("rms_deg", result.bound_deg))
-    return rows + [
-        {"estimator": f"published {k}"} | _by_axis("rms_deg", v["rms_deg"]) for k, v in PUBLISHED[case].items()
-    ]
+        rows.append({"estimator": "bound"} | _by_axis("deg", result.bound_deg))
+    return rows + [{"estimator": f"published {k}"} | _by_axis("deg", v["rms_deg"]) for k, v in PUBLISHED[case].items()]
 
 
 def acquisition_rows(study: AttitudeStudy) -> list[dict[str, object]]:
@@ -198,10 +196,7 @@ def range_rows(study: AttitudeStudy, case: str, protocol: str) -> list[dict[str,
     figures: dict[str, tuple[ArrayLike, ArrayLike]]
     figures = {name: (score.min_deg, score.max_deg) for name, score in scores.items()}
     figures |= {f"published {k}": (v["min_deg"], v["max_deg"]) for k, v in PUBLISHED[case].items()}
-    return [
-        {"estimator": name} | _by_axis("min_deg", low) | _by_axis("max_deg", high)
-        for name, (low, high) in figures.items()
-    ]
+    return [{"estimator": name} | _by_axis("min", low) | _by_axis("max", high) for name, (low, high) in figures.items()]
 
 
 def _by_axis(what: str, values: ArrayLike) -> dict[str, object]:

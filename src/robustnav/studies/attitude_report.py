@@ -103,9 +103,11 @@ def _verdict(out: Page, study: AttitudeStudy) -> None:
 def _case(out: Page, study: AttitudeStudy, case: str) -> None:
     out.section(TITLES[case])
     for protocol, meaning in PROTOCOLS.items():
-        caption = f"Protocol {protocol}: {meaning}. {study.seeds} seeds; over bound: worst axis; to 1 deg: median."
+        caption = f"Protocol {protocol}: {meaning}. RMS, {study.seeds} seeds; over bound: worst axis; to 1 deg: median."
         out.table(rms_rows(study, case, protocol), caption)
-        out.table(range_rows(study, case, protocol), f"Protocol {protocol}: smallest and largest error over all seeds.")
+        out.table(
+            range_rows(study, case, protocol), f"Protocol {protocol}: smallest and largest error over all seeds, deg."
+        )
     motion = CASES[case].sample()
     warm, cold = study.cases[case]["warm"], study.cases[case]["cold"]
     example = warm.example["h2"] + euler_from_quat(motion.q_nb)
