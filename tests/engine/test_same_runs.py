@@ -8,6 +8,7 @@ import pytest
 from robustnav.engine import CompiledModel, KernelFilter, SensorData, compile_model
 from robustnav.engine.reference import ReferenceFilter
 from robustnav.errors import InputError
+from robustnav.filter.ukf import Spread
 from robustnav.model import NumericModel
 
 
@@ -35,6 +36,35 @@ def test_c_is_numpy_with_gates(plain, same, kind):
     refused = np.isfinite(expected.seen[1].nis) & ~expected.seen[1].used
     assert 3 < refused.sum() < len(refused) - 10 and (expected.seen[1].nis[refused] > 6).all()
     same(kernel(case).run(case.t, case.u, readings), expected, 1e-12)
+
+
+def test_c_is_numpy_with_another_spread_of_points(plain, same):
+    case = plain("ukf", "pendulum")
+    case.setup = replace(case.setup, spread=Spread(0.5, 2.0, 1.0))
+    expected = ReferenceFilter(NumericModel(case.model), case.setup).run(case.t, case.u, case.sensors)
+    same(kernel(case).run(case.t, case.u, case.sensors), expected, 1e-12)
+
+
+def test_gain_sets_change_at_their_time_to_the_bit(plain):
+    """Steps of 1/64 s add up without rounding, so that the set's time is met exactly."""
+    case = plain("fixed")
+    gains = np.cumsum(np.tile(case.setup.gains[-1], (3, 1, 1, 1)), axis=0)
+    case.setup = replace(case.setup, times=np.array([0.0, 0.25, 0.5]), gains=gains)
+    t, u = np.arange(40) / 64, np.nan_to_num(case.u[:40])
+    sensors = [SensorData(t, np.tile(d.z[10], (40, 1))) for d in case.sensors]
+    expected = ReferenceFilter(NumericModel(case.model), case.setup).run(t, u, sensors)
+    np.testing.assert_allclose(kernel(case).run(t, u, sensors).x, expected.x, atol=1e-12)
+
+
+def test_a_reading_at_the_very_time_of_the_state_is_fused(plain, same):
+    case = plain()
+    late = [SensorData(case.t[19:20], d.z[10:11]) for d in case.sensors]
+    outputs = []
+    for running in (kernel(case), ReferenceFilter(NumericModel(case.model), case.setup)):
+        running.run(case.t[:20], case.u[:20], [None, None])
+        outputs.append(running.run(case.t[20:25], case.u[20:25], late))
+        assert outputs[-1].seen[0].used.all()
+    same(*outputs, 1e-12)
 
 
 def test_a_sensor_that_is_absent(plain, same):
@@ -185,6 +215,28 @@ def test_a_broken_covariance_is_refused_and_seen(plain, kind, value):
         assert not out.seen[1].used.any()
         assert np.isfinite(out.x).all()
         assert not np.isfinite(out.P).all() or (out.P[:, 6] < 0).all()
+
+
+@pytest.mark.parametrize("kind", ["ekf", "ukf"])
+@pytest.mark.parametrize(("real", "value"), [("double", 1e200), ("float", 1e30), ("float", 1e60)])
+def test_a_wild_reading_is_refused_even_without_a_gate(plain, kind, real, value):
+    case = plain(kind)
+    running = kernel(case, real)
+    before = running.snapshot()
+    running.update(np.zeros(3), None, np.array([value, 0.1, -value]), 0.0)
+    for a, b in zip(running.snapshot(), before, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_covariance_that_just_lost_definiteness_is_refused(plain):
+    """An innovation variance a fifth below the sensor's own can only come from a broken covariance."""
+    case = plain()
+    P = case.setup.P.copy()
+    P[1, 1] = -0.2 * case.model.variances[1] / 0.75
+    case.setup = replace(case.setup, P=P)
+    for running in (kernel(case), ReferenceFilter(NumericModel(case.model), case.setup)):
+        running.update(np.zeros(3), None, np.array([0.5, 0.0, 0.9]), 0.0)
+        np.testing.assert_array_equal(running.covariance, P)
 
 
 def test_a_state_that_is_not_finite_does_not_spread_into_the_covariance(plain):

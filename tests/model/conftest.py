@@ -1,5 +1,7 @@
 """Models to derive: the built-in ones and a small inertial one with a velocity, its attitude error in n or in b."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,8 @@ def inertial(error):
         return Equations(
             rates={
                 "q_nb": s.gyro - s.bias - s.gyro_noise,
-                "v_n": C_nb * (s.accel - s.accel_noise) - s.drag * s.v_n,
+                # an accelerometer on a lever feels some of the gyro's noise, so that one noise drives two blocks
+                "v_n": C_nb * (s.accel - s.accel_noise + 10 * s.gyro_noise) - s.drag * s.v_n,
                 "bias": s.bias_noise - s.bias / s.tau,
             },
             sensors={"air": C_nb.T * s.v_n, "speed": (s.v_n[0] ** 2 + s.v_n[1] ** 2 + s.v_n[2] ** 2,)},
@@ -57,6 +60,12 @@ def _matrix(w, x, y, z):
 
 MODELS = {
     "attitude": lambda: attitude(NOISE, field=1.0, dip_deg=60.0),
+    "attitude_body": lambda: replace(
+        attitude(NOISE, field=1.0, dip_deg=60.0),
+        name="attitude_body",
+        prebuilt=False,
+        state=(Rotation("q_nb", "b"), Vector("gyro_bias", "rad/s")),
+    ),
     "attitude_euler": lambda: attitude_euler(NOISE, field=1.0, dip_deg=60.0),
     "inertial_n": lambda: inertial("n"),
     "inertial_b": lambda: inertial("b"),

@@ -7,7 +7,7 @@ from scipy.linalg import expm
 from robustnav.model import Equations, Model, Noise, NumericModel, Sensor, Vector
 
 # local error of F in powers of dt: rotations are composed, other blocks of a model with a rotation are first order
-ORDER = {"attitude": 3, "attitude_euler": np.inf, "inertial_n": 2, "inertial_b": 2}
+ORDER = {"attitude": 3, "attitude_body": 3, "attitude_euler": np.inf, "inertial_n": 2, "inertial_b": 2}
 
 
 def step_differences(numeric, x, u, dt):
