@@ -4,7 +4,8 @@
 
 #include "rn_model.h"
 
-/* What a reading told the filter before it was used; s is NaN for a constant gain. */
+/* What a reading told the filter before it was used, in the rows it is fused as (unscented: one a number); s is NaN for a
+ * constant gain. */
 typedef struct {
     real nu[RN_MAX_ROWS]; /* measured minus predicted, row after row */
     real s[RN_MAX_ROWS];  /* predicted variance of each */

@@ -84,31 +84,38 @@ int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real 
     return 0;
 }
 
-/* Means and spreads of the residual over the points: nu, S (rows x rows, upper used) and C = cov(e, h). */
-static void spread_of_residual(const RN(model) * m, const RN(unscented) * w, int sensor, const real *z, const real *p,
-                               const real *points, const real *U, real *residuals, real *nu, real *S, real *C)
+/* Means and spreads of the prediction over the points: nu, S (rows x rows, upper used) and C = cov(e, h).
+ *
+ * All in the sensor's own axes, as distances below the centre's prediction: angles do not wrap there, and what the sensor
+ * happened to read says nothing of how the prediction varies. */
+static void spread_of_prediction(const RN(model) * m, const RN(unscented) * w, int sensor, const real *z, const real *p,
+                                 const real *points, const real *U, real *below, real *nu, real *S, real *C)
 {
     const RN(sensor) *one = &m->sensors[sensor];
-    const int n = m->ne, nx = m->nx, count = points_of(m), rows = one->rows;
+    const int n = m->ne, nx = m->nx, count = points_of(m), rows = one->size;
     const real weight = R(0.5) / w->spread, reach = rn_sqrt(w->spread);
-    for (int a = 0; a < rows; a++) nu[a] = R(0.0);
+    real centre[RN_MAX_ROWS], mean[RN_MAX_ROWS];
+    one->measure(points, p, centre);
+    for (int a = 0; a < rows; a++) mean[a] = R(0.0);
     for (int k = 0; k < count; k++) {
-        real *r = residuals + k * RN_MAX_ROWS;
-        one->residual(points + k * nx, z, p, r);
-        for (int a = 0; a < rows; a++) nu[a] += (k ? weight : w->mean_centre) * r[a];
+        real *r = below + k * RN_MAX_ROWS;
+        one->innovation(points + k * nx, centre, p, r);
+        for (int a = 0; a < rows; a++) mean[a] += (k ? weight : w->mean_centre) * r[a];
     }
     for (int k = 0; k < count; k++) {
-        const real *r = residuals + k * RN_MAX_ROWS;
+        const real *r = below + k * RN_MAX_ROWS;
         const real scale = k ? weight : w->cov_centre;
         for (int a = 0; a < rows; a++) {
-            for (int b = a; b < rows; b++) S[a * RN_MAX_ROWS + b] += scale * (r[a] - nu[a]) * (r[b] - nu[b]);
+            for (int b = a; b < rows; b++) S[a * RN_MAX_ROWS + b] += scale * (r[a] - mean[a]) * (r[b] - mean[b]);
         }
     }
-    /* e of point i is +-reach U_i, and the residual falls as the prediction rises */
+    one->innovation(points, z, p, nu);
+    for (int a = 0; a < rows; a++) nu[a] += mean[a];
+    /* e of point i is +-reach U_i */
     for (int j = 0; j < n * rows; j++) C[j] = R(0.0);
     const real *row = U;
     for (int i = 0; i < n; i++) {
-        const real *plus = residuals + (1 + 2 * i) * RN_MAX_ROWS, *minus = plus + RN_MAX_ROWS;
+        const real *plus = below + (1 + 2 * i) * RN_MAX_ROWS, *minus = plus + RN_MAX_ROWS;
         for (int j = i; j < n; j++) {
             for (int a = 0; a < rows; a++) C[j * rows + a] -= weight * reach * row[j - i] * (plus[a] - minus[a]);
         }
@@ -147,8 +154,8 @@ static int whiten(real *S, real *C, const real *nu, real *y, int rows, int n)
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
                     real variance, real gate, const real *p, RN(seen) * seen, real *scratch)
 {
-    const int n = m->ne, count = points_of(m), rows = m->sensors[sensor].rows;
-    real *points = scratch, *residuals = points + count * m->nx, *U = residuals + count * RN_MAX_ROWS,
+    const int n = m->ne, count = points_of(m), rows = m->sensors[sensor].size;
+    real *points = scratch, *below = points + count * m->nx, *U = below + count * RN_MAX_ROWS,
          *C = U + RN_PACKED(n);
     real S[RN_MAX_ROWS * RN_MAX_ROWS] = {R(0.0)}, y[RN_MAX_ROWS], dx[RN_MAX_STATE];
     seen->used = 0;
@@ -156,7 +163,7 @@ void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, re
     for (int a = 0; a < rows; a++) seen->nu[a] = seen->s[a] = (real)NAN;
     if (place(m, w->spread, x, P, points, U)) return;
     for (int a = 0; a < rows; a++) S[a * RN_MAX_ROWS + a] = variance;
-    spread_of_residual(m, w, sensor, z, p, points, U, residuals, seen->nu, S, C);
+    spread_of_prediction(m, w, sensor, z, p, points, U, below, seen->nu, S, C);
     for (int a = 0; a < rows; a++) seen->s[a] = S[a * RN_MAX_ROWS + a];
     if (whiten(S, C, seen->nu, y, rows, n)) return;
     seen->nis = R(0.0);

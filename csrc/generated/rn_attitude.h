@@ -487,6 +487,22 @@ RN_INLINE void rn_attitude_jacobian_accel(const real *x, const real *p, real *H)
     H[11] = R(0.0);
 }
 
+RN_INLINE void rn_attitude_innovation_accel(const real *x, const real *z, const real *p, real *r)
+{
+    const real s_q_nb_0 = x[0];
+    const real s_q_nb_1 = x[1];
+    const real s_q_nb_2 = x[2];
+    const real s_q_nb_3 = x[3];
+    const real p_gravity = p[0];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = R(2.0) * p_gravity;
+    r[0] = (s_q_nb_1 * s_q_nb_3 - s_q_nb_0 * s_q_nb_2) * t_0 + z_0;
+    r[1] = (s_q_nb_0 * s_q_nb_1 + s_q_nb_2 * s_q_nb_3) * t_0 + z_1;
+    r[2] = (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + (s_q_nb_2 * s_q_nb_2))) * p_gravity + z_2;
+}
+
 RN_INLINE int rn_attitude_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
@@ -592,6 +608,27 @@ RN_INLINE void rn_attitude_jacobian_mag(const real *x, const real *p, real *H)
     H[15] = R(0.0);
     H[16] = R(0.0);
     H[17] = R(0.0);
+}
+
+RN_INLINE void rn_attitude_innovation_mag(const real *x, const real *z, const real *p, real *r)
+{
+    const real s_q_nb_0 = x[0];
+    const real s_q_nb_1 = x[1];
+    const real s_q_nb_2 = x[2];
+    const real s_q_nb_3 = x[3];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = s_q_nb_0 * s_q_nb_2;
+    const real t_1 = s_q_nb_1 * s_q_nb_3;
+    const real t_2 = R(2.0) * p_mag_down;
+    const real t_3 = s_q_nb_2 * s_q_nb_2;
+    const real t_4 = R(2.0) * p_mag_north;
+    r[0] = z_0 - (((t_1 - t_0) * t_2 + (R(1.0) - R(2.0) * ((s_q_nb_3 * s_q_nb_3) + t_3)) * p_mag_north));
+    r[1] = z_1 - (((s_q_nb_1 * s_q_nb_2 - s_q_nb_0 * s_q_nb_3) * t_4 + (s_q_nb_0 * s_q_nb_1 + s_q_nb_2 * s_q_nb_3) * t_2));
+    r[2] = z_2 - (((t_0 + t_1) * t_4 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * p_mag_down));
 }
 
 RN_INLINE int rn_attitude_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
@@ -748,8 +785,8 @@ RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const 
 }
 
 static const RN(sensor) rn_attitude_sensors[] = {
-    {"accel", 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_update_accel},
-    {"mag", 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_update_mag}};
+    {"accel", 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_innovation_accel, rn_attitude_update_accel},
+    {"mag", 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_innovation_mag, rn_attitude_update_mag}};
 static const RN(model) rn_attitude_model = {
     RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 3, 3, 2, rn_attitude_sensors,
     rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_gain, rn_attitude_correct};

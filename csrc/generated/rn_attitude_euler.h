@@ -509,6 +509,20 @@ RN_INLINE void rn_attitude_euler_jacobian_accel(const real *x, const real *p, re
     H[17] = R(0.0);
 }
 
+RN_INLINE void rn_attitude_euler_innovation_accel(const real *x, const real *z, const real *p, real *r)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real p_gravity = p[0];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = rn_cos(s_euler_1) * p_gravity;
+    r[0] = z_0 - p_gravity * rn_sin(s_euler_1);
+    r[1] = rn_sin(s_euler_0) * t_0 + z_1;
+    r[2] = rn_cos(s_euler_0) * t_0 + z_2;
+}
+
 RN_INLINE int rn_attitude_euler_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
 {
     const real s_euler_0 = x[0];
@@ -636,6 +650,29 @@ RN_INLINE void rn_attitude_euler_jacobian_mag(const real *x, const real *p, real
     H[15] = R(0.0);
     H[16] = R(0.0);
     H[17] = R(0.0);
+}
+
+RN_INLINE void rn_attitude_euler_innovation_mag(const real *x, const real *z, const real *p, real *r)
+{
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_euler_2 = x[2];
+    const real p_mag_north = p[1];
+    const real p_mag_down = p[2];
+    const real z_0 = z[0];
+    const real z_1 = z[1];
+    const real z_2 = z[2];
+    const real t_0 = rn_cos(s_euler_2);
+    const real t_1 = rn_cos(s_euler_1);
+    const real t_2 = rn_sin(s_euler_1);
+    const real t_3 = rn_sin(s_euler_0);
+    const real t_4 = p_mag_down * t_1;
+    const real t_5 = t_0 * t_2;
+    const real t_6 = rn_sin(s_euler_2);
+    const real t_7 = rn_cos(s_euler_0);
+    r[0] = z_0 - ((p_mag_north * t_0 * t_1 - p_mag_down * t_2));
+    r[1] = z_1 - ((p_mag_north * (t_3 * t_5 - t_6 * t_7) + t_3 * t_4));
+    r[2] = z_2 - ((p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7));
 }
 
 RN_INLINE int rn_attitude_euler_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
@@ -799,8 +836,8 @@ RN_INLINE void rn_attitude_euler_correct(real *x, const real *z, const real *K, 
 }
 
 static const RN(sensor) rn_attitude_euler_sensors[] = {
-    {"accel", 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_update_accel},
-    {"mag", 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_update_mag}};
+    {"accel", 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_innovation_accel, rn_attitude_euler_update_accel},
+    {"mag", 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_innovation_mag, rn_attitude_euler_update_mag}};
 static const RN(model) rn_attitude_euler_model = {
     RN_ABI, (int)sizeof(real), "attitude_euler", 6, 6, 3, 2, 3, 2, rn_attitude_euler_sensors,
     rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_gain, rn_attitude_euler_correct};

@@ -176,11 +176,12 @@ static PyObject *filter_run(PyObject *object, PyObject *args)
         }
         if (!(b.ts[j] = rn_borrow(part[0], &h[0], -1, 'd', 0, "sensor times"))) goto done;
         const Py_ssize_t rows = h[0].view.len / (Py_ssize_t)sizeof(double);
+        const int width = self->kind == RN_KIND_UKF ? m->size[j] : m->rows[j];
         b.count[j] = (size_t)rows;
         if (!(b.z[j] = rn_borrow(part[1], &h[1], rows * m->size[j], 'd', 0, "readings"))) goto done;
         if (part[2] == Py_None) continue;
-        if (!(b.nu[j] = rn_borrow(part[2], &h[2], rows * m->rows[j], 'd', 1, "innovations"))) goto done;
-        if (!(b.s[j] = rn_borrow(part[3], &h[3], rows * m->rows[j], 'd', 1, "innovation variances"))) goto done;
+        if (!(b.nu[j] = rn_borrow(part[2], &h[2], rows * width, 'd', 1, "innovations"))) goto done;
+        if (!(b.s[j] = rn_borrow(part[3], &h[3], rows * width, 'd', 1, "innovation variances"))) goto done;
         if (!(b.nis[j] = rn_borrow(part[4], &h[4], rows, 'd', 1, "nis"))) goto done;
         if (!(b.used[j] = rn_borrow(part[5], &h[5], rows, 'B', 1, "used"))) goto done;
     }

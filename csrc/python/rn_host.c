@@ -148,6 +148,12 @@ static void predict(void *memory, const double *u, double dt)
     }
 }
 
+/* Rows a reading is fused as: the unscented filter takes it as it is. */
+static int seen_rows(const filter_t *f, int j)
+{
+    return f->kind == RN_KIND_UKF ? f->model->sensors[j].size : f->model->sensors[j].rows;
+}
+
 static void keep_seen(double *out, const RN(seen) * seen, int rows)
 {
     if (!out) return;
@@ -205,7 +211,7 @@ static void correct(void *memory, const double *const z[], double *const seen[])
             RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one, f->scratch);
         else
             RN(ekf_update)(m, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one);
-        keep_seen(seen[j], &one, m->sensors[j].rows);
+        keep_seen(seen[j], &one, seen_rows(f, j));
     }
 }
 
@@ -231,7 +237,7 @@ static void take(filter_t *f, rn_batch *b, double at)
         correct(f, z, seen);
         for (int j = 0; j < m->nsensors; j++) {
             if (!z[j] || !b->nu[j] || kept[j][2 * RN_MAX_ROWS + 1] < 0.0) continue;
-            const size_t rows = (size_t)m->sensors[j].rows;
+            const size_t rows = (size_t)seen_rows(f, j);
             memcpy(b->nu[j] + row[j] * rows, kept[j], rows * sizeof(double));
             memcpy(b->s[j] + row[j] * rows, kept[j] + RN_MAX_ROWS, rows * sizeof(double));
             b->nis[j][row[j]] = kept[j][2 * RN_MAX_ROWS];

@@ -146,7 +146,8 @@ class KernelFilter:
         P = np.empty((n, ne * (ne + 1) // 2)) if covariance and self.setup.kind != "fixed" else None
         seen: list[SensorSeen | None] = []
         arguments: list[Any] = []
-        for data, rows in zip(sensors, self.model.rows, strict=True):
+        sizes = [s.size for s in self.model.model.sensors]
+        for data, rows in zip(sensors, sizes if self.setup.kind == "ukf" else self.model.rows, strict=True):
             if data is None:
                 seen.append(None)
                 arguments.append(None)

@@ -73,7 +73,9 @@ class ReferenceFilter:
     ) -> Output:
         """Run over a recording; arguments and result as ``KernelFilter.run``."""
         x_out, P_out = [], []
-        rows = [len(self.model.jacobian(j, self._x)) for j in range(len(sensors))]
+        rows = [s.size for s in self.model.model.sensors]
+        if self.setup.kind != "ukf":
+            rows = [len(self.model.jacobian(j, self._x)) for j in range(len(sensors))]
         seen = [SensorSeen.empty(len(d.t), m) if d else None for d, m in zip(sensors, rows, strict=True)]
         following = [0] * len(sensors)
         for now, value in zip(t, u, strict=True):
@@ -148,7 +150,7 @@ class ReferenceFilter:
                 try:
                     self._x, self._P, out[j] = ukf.update(self.model, j, belief, z, setup.spread, gate)
                 except EstimatorError:
-                    none = np.full(len(self.model.jacobian(j, self._x)), np.nan)
+                    none = np.full(len(z), np.nan)
                     out[j] = Seen(none, none, float("nan"), False)
             else:
                 self._x, self._P, out[j] = ekf.update(self.model, j, belief, z, gate)

@@ -9,7 +9,7 @@ import numpy as np
 from robustnav.errors import EstimatorError, InputError
 from robustnav.filter.steps import Seen
 from robustnav.frames import Array
-from robustnav.model.functions import ModelFunctions
+from robustnav.model.functions import ModelFunctions, innovation
 
 
 @dataclass(frozen=True)
@@ -67,15 +67,20 @@ def predict(
 def update(
     model: ModelFunctions, sensor: int, belief: tuple[Array, Array], z: Array, spread: Spread, gate: float = np.inf
 ) -> tuple[Array, Array, Seen]:
-    """Fuse one reading of a sensor; parameters and result as in ``ekf.update``, with s the diagonal of S."""
+    """Fuse one reading of a sensor; parameters and result as in ``ekf.update``, with s the diagonal of S.
+
+    The innovation stays in the sensor's own axes.  Turned into navigation axes it would vary over the points with what
+    the sensor happened to read, and a carrier's own acceleration would look like news of its heading.
+    """
     x, P = belief
     distance, w_mean, w_cov = spread.weights(len(P))
     offsets, points = _points(model, x, P, distance)
-    residuals = np.array([model.residual(sensor, point, z) for point in points])
-    nu = w_mean @ residuals
-    apart = residuals - nu
+    centre = model.measure(sensor, points[0])
+    below = np.array([innovation(model, sensor, point, centre) for point in points])  # how far below the centre's
+    mean = w_mean @ below
+    nu, apart = innovation(model, sensor, points[0], z) + mean, below - mean
     S = apart.T @ (w_cov[:, None] * apart) + model.model.variances[sensor] * np.eye(len(nu))
-    cross = -offsets.T @ (w_cov[:, None] * apart)  # the residual falls as the prediction rises
+    cross = -offsets.T @ (w_cov[:, None] * apart)  # falls as the prediction rises
     gain = np.linalg.solve(S, cross.T).T
     nis = float(nu @ np.linalg.solve(S, nu))
     seen = Seen(nu, np.diag(S).copy(), nis, bool(nis <= gate and np.isfinite(nis)))

@@ -69,7 +69,8 @@ class _Generator:
             self._difference(),
         ]
         for sensor in self.model.sensors:
-            parts += [self._measure(sensor), self._residual(sensor), self._jacobian(sensor), self._update(sensor)]
+            parts += [self._measure(sensor), self._residual(sensor), self._jacobian(sensor)]
+            parts += [self._innovation(sensor), self._update(sensor)]
         parts += [self._gain(), self._correct(), self._table(), "#endif"]
         return "\n".join(parts) + "\n"
 
@@ -209,6 +210,16 @@ class _Generator:
         signature = "const real *x, const real *p, real *H"
         return self._function(f"jacobian_{sensor.name}", signature, Program(), _store("H", H))
 
+    def _innovation(self, sensor: Sensor) -> str:
+        import symengine as se
+
+        h = self.derivation.h[sensor.name]
+        r = [se.Symbol(f"z_{i}") - e for i, e in enumerate(h)]
+        if sensor.wraps:
+            r = [se.Function("rn_wrap")(e) for e in r]
+        signature = "const real *x, const real *z, const real *p, real *r"
+        return self._function(f"innovation_{sensor.name}", signature, Program(), _store("r", [r]))
+
     def _update(self, sensor: Sensor) -> str:
         r, H = self._rows(sensor)
         n, program = self.n, Program()
@@ -253,9 +264,10 @@ class _Generator:
 
     def _table(self) -> str:
         m, name = self.model, self.model.name
+        own = ("measure", "residual", "jacobian", "innovation", "update")
         sensors = ",\n".join(
-            f'    {{"{s.name}", {s.size}, {len(self._rows(s)[0])}, rn_{name}_measure_{s.name}, '
-            f"rn_{name}_residual_{s.name}, rn_{name}_jacobian_{s.name}, rn_{name}_update_{s.name}}}"
+            f'    {{"{s.name}", {s.size}, {len(self._rows(s)[0])}, '
+            f"{', '.join(f'rn_{name}_{function}_{s.name}' for function in own)}}}"
             for s in m.sensors
         )
         sizes = (m.state_size, self.n, m.input_size, len(m.noises), len(m.parameters), len(m.sensors))

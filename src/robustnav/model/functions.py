@@ -46,6 +46,12 @@ class ModelFunctions(Protocol):
         """Return the Jacobian (rows, ne) of the predicted rows on the error."""
 
 
+def innovation(model: ModelFunctions, sensor: int, x: Array, z: Array) -> Array:
+    """Return measured minus predicted in the sensor's own axes (size,), angles taken into [-pi, pi)."""
+    r = np.asarray(z, float) - model.measure(sensor, x)
+    return wrap_angle(r) if model.model.sensors[sensor].wraps else r
+
+
 class NumericModel:
     """A model evaluated in NumPy from its equations: the specification the compiled form is held to.
 
@@ -149,8 +155,8 @@ class NumericModel:
         """Return measured minus predicted; direction sensors in navigation axes, without rows that see nothing."""
         v = self._direction(sensor, x)
         if v is None:
-            r = (np.asarray(z, float) - self.measure(sensor, x))[self._rows[sensor]]
-            return wrap_angle(r) if self.model.sensors[sensor].wraps else r
+            own: Array = innovation(self, sensor, x, z)[self._rows[sensor]]
+            return own
         rotation = self.model.rotation
         q_nb = x[self.model.state_slices[rotation.name]] if rotation else x
         rows: Array = (matrix_from_quat(q_nb) @ z - v)[self._rows[sensor]]
