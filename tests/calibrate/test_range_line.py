@@ -63,6 +63,15 @@ def test_errors_common_to_a_file_are_covered_only_with_the_files(made, loss):
     assert untold < 0.7 * runs
 
 
+@pytest.mark.parametrize("loss", LOSSES, ids=name_of)
+def test_files_of_independent_errors_change_no_interval(made, loss):
+    pairs = made(np.random.default_rng(11), files=400, each=10)
+    told, untold = fit_line(pairs, loss), fit_line(alone(pairs), loss)
+    # The spread of a variance over 400 files is sqrt(2 / 400) of it.
+    np.testing.assert_allclose(told.fitted.covariance, untold.fitted.covariance, rtol=4 * np.sqrt(2 / 400))
+    assert (told.fitted.dof, untold.fitted.dof) == (398, 3998)
+
+
 def test_a_calibrated_distance_errs_as_its_variance_says(made):
     rng = np.random.default_rng(4)
     ratios = []
