@@ -158,7 +158,7 @@ def compare(
         say_table("Attitude, degrees", rows)
 
 
-def report(log: Path, *, estimator: str = "h2", out: Path = Path("out/run"), kit: Kit = KIT) -> int:
+def report(log: Path, *, estimator: str = "h2", out: Path = Path("out/run"), kit: Kit = KIT, json: Flag = False) -> int:
     """Run one estimator over a recording and write its page: the same as ``run`` with ``--out``.
 
     Parameters
@@ -171,8 +171,10 @@ def report(log: Path, *, estimator: str = "h2", out: Path = Path("out/run"), kit
         Folder for report.html, results.json and estimate.csv.
     kit
         What recorded it.
+    json
+        Print one JSON document.
     """
-    return run(log, estimator=estimator, out=out, kit=kit)
+    return run(log, estimator=estimator, out=out, kit=kit, json=json)
 
 
 def _read(path: Path, mapping: Path | None) -> Log:
