@@ -98,8 +98,8 @@ def fit_linear(X: Array, y: Array, loss: Loss, groups: IntArray | None = None) -
     """Fit y (n,) = X (n, p) beta under a loss.
 
     The scale of a robust loss is the MAD about the median, taken anew in every step; the start is least squares.  One
-    gross error in five is borne, if they do not crowd at one end of the distances.  Without ``groups`` the covariance is
-    that of independent errors; with ``groups`` (n,), whole numbers, errors of one group may be correlated in any way
+    gross error in five is borne, if they do not crowd at one end of the distances.  Without ``groups`` the covariance
+    is that of independent errors; with ``groups`` (n,), whole numbers, errors of one group may be correlated in any way
     (sandwich over groups, corrected by G/(G-1) (n-1)/(n-p)).
 
     Raises
