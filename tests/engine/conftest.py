@@ -33,7 +33,7 @@ MODELS = {
     "attitude": _attitude,
     "attitude_euler": lambda: attitude_euler(NOISE, field=1.0, dip_deg=60.0),
     "attitude_body": lambda: replace(
-        _attitude(), name="attitude_body", prebuilt=False, state=(Rotation("q_nb", "b"), _attitude().state[1])
+        _attitude(), name="attitude_body", shipped=None, state=(Rotation("q_nb", "b"), _attitude().state[1])
     ),
     "pendulum": lambda: example("pendulum"),
     "range_bearing": lambda: example("range_bearing"),

@@ -180,7 +180,7 @@ def test_backends_are_named(cache, plain):
 def test_a_users_model_is_never_taken_for_a_built_in_one(plain):
     """The same name and sizes, other equations."""
     with pytest.raises(InputError, match="'attitude' is not built in"):
-        CompiledModel(replace(plain().model, prebuilt=False))
+        CompiledModel(replace(plain().model, shipped=None))
 
 
 def test_a_built_in_model_must_have_its_sizes(plain):

@@ -63,7 +63,7 @@ MODELS = {
     "attitude_body": lambda: replace(
         attitude(NOISE, field=1.0, dip_deg=60.0),
         name="attitude_body",
-        prebuilt=False,
+        shipped=None,
         state=(Rotation("q_nb", "b"), Vector("gyro_bias", "rad/s")),
     ),
     "attitude_euler": lambda: attitude_euler(NOISE, field=1.0, dip_deg=60.0),

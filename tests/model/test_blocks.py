@@ -1,10 +1,13 @@
 """A model that cannot be right is refused when it is made, and the error names what is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from robustnav.errors import InputError
 from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Vector
+from robustnav.models import AttitudeNoise, attitude
 
 
 def make(**changes):
@@ -85,3 +88,10 @@ def test_numbers_are_replaced_by_name_only():
 def test_an_unknown_sensor_lists_those_there_are():
     with pytest.raises(InputError, match="one of ruler"):
         make().sensor_index("scale")
+
+
+def test_other_equations_are_not_run_as_the_c_that_ships():
+    model = attitude(AttitudeNoise(1e-3, 1e-5, 0.1, 1e-6), field=48e-6, dip_deg=60.0)
+    assert model.prebuilt
+    assert model.with_numbers(sd={"accel": 0.2}).prebuilt
+    assert not replace(model, equations=lambda s: model.equations(s)).prebuilt

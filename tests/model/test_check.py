@@ -29,7 +29,7 @@ def finding(model, *words, **options):
 def without_magnetometer(model):
     return replace(
         model,
-        prebuilt=False,
+        shipped=None,
         sensors=model.sensors[:1],
         equations=lambda s: Equations(model.equations(s).rates, directions={"accel": (0, 0, -s.gravity)}),
     )
@@ -83,7 +83,7 @@ def test_a_navigation_vector_is_no_body_vector(models, error):
 
 def test_a_body_vector_must_say_so(models):
     model = models["attitude"]
-    finding(replace(model, prebuilt=False, inputs=(Vector("gyro", "rad/s"),)), "rate of q_nb", "body axes")
+    finding(replace(model, shipped=None, inputs=(Vector("gyro", "rad/s"),)), "rate of q_nb", "body axes")
 
 
 def test_a_wrong_derivative_is_seen(models, monkeypatch):
@@ -113,7 +113,7 @@ def test_a_corner_has_no_derivative(models, scale, words):
         given = model.equations(s)
         return Equations({**given.rates, "gyro_bias": s.gyro_bias_noise * factor(s)}, directions=given.directions)
 
-    finding(replace(model, prebuilt=False, equations=corner), *words)
+    finding(replace(model, shipped=None, equations=corner), *words)
 
 
 def test_a_step_that_is_too_long_is_said(models):
@@ -132,7 +132,7 @@ def test_a_step_that_is_too_long_is_said(models):
     ],
 )
 def test_equations_that_do_not_fit_are_a_finding(models, equations, words):
-    model = replace(models["attitude_euler"], prebuilt=False, equations=equations)
+    model = replace(models["attitude_euler"], shipped=None, equations=equations)
     found = finding(model, *words)
     assert found.error_size == 6 and not found.worst
 
@@ -143,13 +143,13 @@ def test_what_runs_in_numpy_only_is_said(models):
         {"euler": s.gyro + s.gyro_noise, "gyro_bias": s.gyro_bias_noise + s.euler.applyfunc(lambda v: v**5)},
         {"accel": s.euler, "mag": s.euler + s.gyro_bias},
     )
-    finding(replace(model, prebuilt=False, equations=strange), "NumPy only", "**(5)")
+    finding(replace(model, shipped=None, equations=strange), "NumPy only", "**(5)")
 
 
 def test_no_sensor_is_said(models):
     model = models["attitude_euler"]
     finding(
-        replace(model, prebuilt=False, sensors=(), equations=lambda s: Equations(model.equations(s).rates)),
+        replace(model, shipped=None, sensors=(), equations=lambda s: Equations(model.equations(s).rates)),
         "no sensor:",
     )
 

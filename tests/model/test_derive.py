@@ -36,7 +36,7 @@ def test_noise_enters_as_an_input_of_the_same_name_would(model, numeric, states)
         model,
         noises=(),
         inputs=(*model.inputs, *(Vector(n.name, n.unit, n.size) for n in model.noises)),
-        prebuilt=False,
+        shipped=None,
     )
     driven = NumericModel(fed)
     for x, u in states(model):

@@ -127,7 +127,7 @@ class Model:
     equations : function from Symbols to Equations, using SymPy.
     nominal : by block name, the state and input at which constant gains are designed.
     start_sd : by block name, the standard deviations of a start error, in the order of the error; scalars spread.
-    prebuilt : True for the models whose C ships with the package.
+    shipped : the equations whose C ships with the package, in the built-in models.
 
     Raises
     ------
@@ -143,7 +143,7 @@ class Model:
     parameters: Mapping[str, float] = field(default_factory=dict)
     nominal: Mapping[str, ArrayLike] = field(default_factory=dict)
     start_sd: Mapping[str, ArrayLike] = field(default_factory=dict)
-    prebuilt: bool = False
+    shipped: Callable[[Symbols], Equations] | None = None
 
     def __post_init__(self) -> None:
         names = [self.name, *self.block_names]
@@ -195,6 +195,11 @@ class Model:
                     got=f"sd {sensor.sd}",
                     expected=f"a finite standard deviation > 0 in {sensor.unit}",
                 )
+
+    @property
+    def prebuilt(self) -> bool:
+        """Whether the C that ships with the package is this model's: its equations are those it was made from."""
+        return self.shipped is self.equations
 
     @property
     def block_names(self) -> list[str]:

@@ -33,7 +33,7 @@ def attitude(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Model:
         parameters=place(field, dip_deg),
         equations=_equations,
         start_sd={"q_nb": (5 * DEG, 5 * DEG, 10 * DEG), "gyro_bias": 0.5 * DPS},
-        prebuilt=True,
+        shipped=_equations,
     )
 
 

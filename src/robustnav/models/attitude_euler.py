@@ -31,7 +31,7 @@ def attitude_euler(noise: AttitudeNoise, *, field: float, dip_deg: float) -> Mod
         parameters=place(field, dip_deg),
         equations=_equations,
         start_sd={"euler": (5 * DEG, 5 * DEG, 10 * DEG), "gyro_bias": 0.5 * DPS},
-        prebuilt=True,
+        shipped=_equations,
     )
 
 
