@@ -86,7 +86,8 @@ def test_closed_form_is_exact_without_noise():
 def test_leaving_an_anchor_out_is_not_having_measured_it():
     rng = np.random.default_rng(4)
     problem, _ = random_problem(rng, "ranges")
-    assert without(problem, 2).W == pytest.approx(np.delete(np.delete(problem.W, 2, 0), 2, 1))
+    left = without(problem, 2).W
+    assert left == pytest.approx(np.delete(np.delete(problem.W, 2, 0), 2, 1))
 
     anchors, arrivals, sd = rng.uniform(-5, 5, (7, 3)), rng.uniform(2, 9, 7), rng.uniform(0.1, 0.2, 7)
     whole = of_differences(anchors, arrivals[1:] - arrivals[0], sd, None).problem
@@ -107,8 +108,8 @@ def test_differences_cost_what_ranges_with_a_free_offset_cost():
     assert cost(p[None], problem)[0] == pytest.approx((((e - offset) / sd) ** 2).sum())
     # and the full covariance of the differences says the same
     R = np.diag(sd[1:] ** 2) + sd[0] ** 2
-    full = of_differences(anchors, arrivals[1:] - arrivals[0], R, None).problem
-    assert full.W == pytest.approx(problem.W, abs=1e-9 * np.abs(problem.W).max())
+    full = of_differences(anchors, arrivals[1:] - arrivals[0], R, None).problem.W
+    assert full == pytest.approx(problem.W, abs=1e-9 * np.abs(problem.W).max())
 
 
 @KINDS
@@ -123,4 +124,5 @@ def test_added_variance_is_a_larger_sd(kind):
         return of_differences(anchors, arrivals[1:] - arrivals[0], s, None).problem
 
     wanted = made(np.sqrt(sd**2 + extra)).W
-    assert inflated(made(sd), extra).W == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    got = inflated(made(sd), extra).W
+    assert got == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())

@@ -12,7 +12,7 @@ import numpy as np
 
 from robustnav.records import Array, BoolArray
 
-MAX_STEPS = 30
+MAX_STEPS = 16
 SETTLED = 1e-10  # squared distance to the minimum in units of the estimate's own covariance
 SINGULAR = 1e-12  # share of the largest eigenvalue below which information is rounding
 
@@ -50,15 +50,17 @@ class Minima(NamedTuple):
 
 def scale_of(anchors: Array, ranges: Array) -> float:
     """Return a length of the layout [m]: the farthest anchor from their mean, or the largest range if larger."""
-    reach = np.sqrt(((anchors - anchors.mean(axis=0)) ** 2).sum(axis=1).max(initial=0.0))
+    off = anchors - anchors.sum(axis=0) / max(len(anchors), 1)
+    reach = np.sqrt((off * off).sum(axis=1).max(initial=0.0))
     return max(float(reach), float(np.abs(ranges).max(initial=0.0)), 1e-9)
 
 
 def distances(p: Array, anchors: Array) -> tuple[Array, Array]:
     """Return distances (s, k) and unit vectors from anchor to tag (s, k, d); the zero vector on an anchor itself."""
     away = p[:, None, :] - anchors
-    d = np.sqrt((away * away).sum(axis=2))
-    return d, away / np.maximum(d, 1e-300)[..., None]
+    d = np.sqrt(np.einsum("skd,skd->sk", away, away))
+    away /= np.maximum(d, 1e-300)[..., None]
+    return d, away
 
 
 def residuals(d: Array, problem: Problem) -> Array:
@@ -70,25 +72,22 @@ def residuals(d: Array, problem: Problem) -> Array:
 
 def cost(p: Array, problem: Problem) -> Array:
     """Return the weighted sum of squared residuals (s,) at positions (s, d)."""
-    away = p[:, None, :] - problem.anchors
-    e = residuals(np.sqrt((away * away).sum(axis=2)), problem)
+    e = residuals(distances(p, problem.anchors)[0], problem)
     off = p - problem.prior
-    out: Array = ((e @ problem.W) * e).sum(axis=1) + (off * off) @ problem.prior_info
-    return out
+    return _dot(e @ problem.W, e) + _dot(off, off * problem.prior_info)
 
 
 def expand(p: Array, problem: Problem) -> tuple[Array, Array, Array]:
     """Return cost (s,), half its gradient (s, d) and its Gauss-Newton information (s, d, d)."""
     d, u = distances(p, problem.anchors)
     e = residuals(d, problem)
-    pull = (p - problem.prior) * problem.prior_info
+    off = p - problem.prior
+    pull = off * problem.prior_info
     We = e @ problem.W
-    value = (We * e).sum(axis=1) + ((p - problem.prior) * pull).sum(axis=1)
-    half_gradient = pull - (We[:, None, :] @ u)[:, 0]
+    half_gradient = pull - np.einsum("sk,skd->sd", We, u)
     info = u.swapaxes(1, 2) @ (problem.W @ u)
-    rows = np.arange(p.shape[1])
-    info[:, rows, rows] += problem.prior_info
-    return value, half_gradient, info
+    np.einsum("sii->si", info)[...] += problem.prior_info
+    return _dot(We, e) + _dot(off, pull), half_gradient, info
 
 
 def descend(p: Array, problem: Problem, basis: Array | None = None, max_steps: int = MAX_STEPS) -> Minima:
@@ -109,28 +108,33 @@ def descend(p: Array, problem: Problem, basis: Array | None = None, max_steps: i
     ----------
     Marquardt, SIAM J. Appl. Math. 11 (1963); Nocedal and Wright, Numerical Optimization (2006), section 10.3.
     """
-    centre, cap = problem.anchors.mean(axis=0), 2.0 * problem.scale
+    p, cap = p.copy(), 2.0 * problem.scale
     damping, steps = np.full(len(p), 1e-3), np.zeros(len(p), int)
     settled = np.zeros(len(p), bool)
     value, gradient, info = expand(p, problem)
     for _ in range(max_steps):
         step, decrement = _step(gradient, info, damping, basis)
-        length = np.sqrt((step * step).sum(axis=1))
-        limit = np.maximum(cap, np.sqrt(((p - centre) ** 2).sum(axis=1)))
+        off = p - problem.anchors[0]
+        length, limit = np.sqrt(_dot(step, step)), np.maximum(cap, np.sqrt(_dot(off, off)))
         trial = p + step * (limit / np.maximum(limit, length))[:, None]
-        new = expand(trial, problem)
-        # no step however small goes down any more: rounding ends the descent as well
-        done = (decrement < SETTLED) & (damping <= 1e-2) | (damping > 1e12)
-        better = (new[0] <= value) & ~settled
+        new_value, new_gradient, new_info = expand(trial, problem)
+        better = (new_value <= value) & ~settled
         steps += ~settled
-        p, value = np.where(better[:, None], trial, p), np.where(better, new[0], value)
-        gradient = np.where(better[:, None], new[1], gradient)
-        info = np.where(better[:, None, None], new[2], info)
-        damping = np.where(better, np.maximum(0.1 * damping, 1e-9), 10.0 * damping)
-        settled |= done
+        # no step however small goes down any more: rounding ends the descent as well
+        settled |= (decrement < SETTLED) & (damping <= 1e-2) | (damping > 1e12)
+        p[better], value[better], gradient[better] = trial[better], new_value[better], new_gradient[better]
+        info[better] = new_info[better]
+        damping *= np.where(better, 0.1, 10.0)
+        np.maximum(damping, 1e-9, out=damping)
         if settled.all():
             break
     return Minima(p, value, settled, steps)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Return the scalar products of rows."""
+    out: Array = np.einsum("sk,sk->s", a, b)
+    return out
 
 
 def _step(gradient: Array, info: Array, damping: Array, basis: Array | None) -> tuple[Array, Array]:
@@ -138,12 +142,12 @@ def _step(gradient: Array, info: Array, damping: Array, basis: Array | None) -> 
     if basis is not None:
         gradient = (gradient[:, None, :] @ basis)[:, 0]
         info = basis.swapaxes(1, 2) @ info @ basis
-    rows = np.arange(info.shape[1])
-    diagonal = info[:, rows, rows]
     damped = info.copy()
-    damped[:, rows, rows] += damping[:, None] * diagonal + SINGULAR * diagonal.sum(axis=1, keepdims=True) + 1e-300
+    diagonal = np.einsum("sii->si", damped)  # a view
+    diagonal *= 1.0 + damping[:, None]
+    diagonal += SINGULAR * np.einsum("sii->s", info)[:, None] + 1e-300
     step = np.asarray(-np.linalg.solve(damped, gradient[..., None])[..., 0], float)
-    decrement = -(gradient * step).sum(axis=1)
+    decrement = -_dot(gradient, step)
     if basis is not None:
         step = (basis @ step[..., None])[..., 0]
     return step, decrement

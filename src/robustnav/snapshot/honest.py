@@ -13,7 +13,7 @@ from robustnav.snapshot.record import Candidate
 from robustnav.snapshot.starts import starts
 
 SAME = 0.01  # squared distance in units of the covariance below which two end points are one minimum
-LONG = 100  # more steps for slow descents that decide a verdict
+LONG = 40  # more steps for slow descents that decide a verdict
 PROBES = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25)  # the near ones see a region that closes on itself further out
 LADDER = 2.0 ** np.arange(-6, 8)  # steps along a weak direction, in units of its presumed reach
 
@@ -79,7 +79,8 @@ def shares(p: Array, problem: Problem, info: Array, radius: float) -> Array:
     q = across(p, problem, vectors.T[axis], length)
     promised = np.einsum("sd,de,se->s", q - p, info, q - p)
     risen = (cost(q, problem) - cost(p[None], problem)) / promised
-    return np.clip(risen, 0.0, 1.0).reshape(len(PROBES), size).min(axis=0)
+    out: Array = np.clip(risen, 0.0, 1.0).reshape(len(PROBES), size).min(axis=0)
+    return out
 
 
 def _straight(p: Array, problem: Problem, reach: float) -> bool:

@@ -12,6 +12,7 @@ from robustnav.records import Array, BoolArray
 
 Verdict = Literal["unique", "ambiguous", "degenerate", "inconsistent", "too few"]
 Repair = Literal["exclude", "student", "huber"]
+POOR_GDOP = 20.0
 
 
 class Height(NamedTuple):
@@ -140,6 +141,11 @@ class Snapshot:
     isolated: bool = False
     unseen_shift: float = float("inf")
     iterations: int = 0
+
+    @property
+    def poor(self) -> bool:
+        """Whether the geometry multiplies the noise by more than 20: usable in a filter, hardly alone."""
+        return not self.dop.gdop <= POOR_GDOP
 
     @property
     def sd(self) -> Array:

@@ -56,7 +56,7 @@ def _from_ranges(problem: Problem, known: BoolArray, axes: Array) -> list[Array]
         y = V @ np.linalg.lstsq(root[:, None] * (B @ V), root * (half - weight @ half), rcond=None)[0]
         off = y - B
         left = weight @ (squared - (off * off).sum(axis=1))
-        found += _across(centre + y, left, axes[:, kept:], problem)
+        found += _across(centre + y, left, axes[:, kept:], _noise(problem))
     return found
 
 
@@ -66,25 +66,35 @@ def _from_differences(problem: Problem, known: BoolArray, axes: Array) -> list[A
     E, y_known = E_all[:, ~known], (problem.prior - problem.anchors[0])[known]
     delta = problem.ranges[1:] - problem.ranges[0]
     right = 0.5 * ((E_all * E_all).sum(axis=1) - delta**2) - E_all[:, known] @ y_known
+    noise = _noise(problem)
     fixed, origin = float(y_known @ y_known), problem.anchors[0, ~known]
     found = []
     for kept in range(axes.shape[1], max(axes.shape[1] - 3, 0), -1):
         V = axes[:, :kept]
+        weak = axes[:, kept:]
         sol = np.linalg.lstsq(np.column_stack([E @ V, delta]), right, rcond=None)[0]
         y, rho = V @ sol[:-1], sol[-1]
-        found += _across(origin + y, rho**2 - y @ y - fixed, axes[:, kept:], problem)
+        found += _across(origin + y, rho**2 - y @ y - fixed, weak, noise)
+        # from far away the differences only tell the direction
+        wave = V @ np.linalg.lstsq(E @ V, -delta, rcond=None)[0]
+        far = _across(wave, 1.0 - wave @ wave, weak, 0.01)
+        found += [origin + FARTHEST * problem.scale * w / max(float(np.linalg.norm(w)), 1e-300) for w in far]
     g, w = np.linalg.lstsq(E, np.column_stack([right, -delta]), rcond=None)[0].T
     roots = _quadratic(w @ w - 1.0, g @ w, g @ g + fixed)
     found += [origin + g + w * rho for rho in roots if rho > 0.0]
     return found
 
 
-def _across(base: Array, left: float, weak: Array, problem: Problem) -> list[Array]:
+def _noise(problem: Problem) -> float:
+    """Return the size of the noise in a squared distance across a plane or line [m^2]."""
+    return float(problem.scale / np.sqrt(np.max(np.diag(problem.W))))
+
+
+def _across(base: Array, left: float, weak: Array, noise: float) -> list[Array]:
     """Return points at the squared distance ``left`` from ``base`` across the weak directions (d, 0 to 2 columns)."""
     if weak.shape[1] == 0:
         return [base]
-    # the distance's own noise keeps the two sides apart when the tag is in the plane
-    noise = problem.scale / np.sqrt(np.max(np.diag(problem.W)))
+    # its own noise keeps the two sides apart when the tag is in the plane
     h = np.sqrt(max(left, 0.25 * noise))
     if weak.shape[1] == 1:
         return [base + h * weak[:, 0], base - h * weak[:, 0]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robustnav.records import Array
-from robustnav.snapshot.record import Candidate, Dop, Plane, Suspect, Weak
+from robustnav.snapshot.record import POOR_GDOP, Candidate, Dop, Plane, Suspect, Weak
 
 NAMED = 3  # other positions written out
 CAUSES = {
@@ -27,7 +27,8 @@ def unique(best: Candidate, quality: Dop, dof: int) -> str:
     """Say how good a single solution is and whether anything tested it."""
     sd = np.sqrt(np.trace(best.covariance))
     tested = f"residuals fit with {dof} to spare" if dof > 0 else "no reading to spare: a wrong one would not show"
-    return f"One solution, sd {sd:.3g} m in all directions together, GDOP {quality.gdop:.1f}; {tested}."
+    geometry = " (poor)" if quality.gdop > POOR_GDOP else ""
+    return f"One solution, sd {sd:.3g} m in all directions together, GDOP {quality.gdop:.1f}{geometry}; {tested}."
 
 
 def ambiguous(best: Candidate, others: tuple[Candidate, ...], plane: Plane | None) -> str:
