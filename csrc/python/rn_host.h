@@ -36,7 +36,7 @@ typedef struct {
     const double *times, *gains;
 } rn_config;
 
-/* One stretch of recording.  NULL outputs are not written. */
+/* One stretch of recording.  NULL outputs are not written; nu and s hold rows (unscented: size) numbers a reading. */
 typedef struct {
     size_t n;
     const double *t, *u;

@@ -23,7 +23,7 @@ from robustnav.run import EKF, H2, UKF, Start, run, stream
 from robustnav.run.recorded import Sensors, estimator_for, run_recorded
 
 if TYPE_CHECKING:
-    from robustnav import datasheet, doctor, logs, sim
+    from robustnav import calibrate, datasheet, doctor, logs, sim, snapshot
 
 __all__ = [
     "EKF",
@@ -48,6 +48,7 @@ __all__ = [
     "Symbols",
     "Truth",
     "Vector",
+    "calibrate",
     "datasheet",
     "doctor",
     "estimator_for",
@@ -60,11 +61,12 @@ __all__ = [
     "run",
     "run_recorded",
     "sim",
+    "snapshot",
     "stream",
     "units",
 ]
 
-_ON_DEMAND = ("datasheet", "doctor", "logs", "sim")
+_ON_DEMAND = ("calibrate", "datasheet", "doctor", "logs", "sim", "snapshot")
 
 
 def __getattr__(name: str) -> Any:

@@ -85,7 +85,7 @@ def test_names_no_file_can_hold_are_refused(tmp_path):
     with pytest.raises(InputError, match="printable"):
         write_calibration(RangeCalibration("anchor", {("a\nb",): RangeLine(1.0, 0.0, 1.0)}), tmp_path / "c.toml")
     with pytest.raises(InputError, match="folder"):
-        write_calibration(RangeCalibration("all", {(): RangeLine(1.0, 0.0, 1.0)}), tmp_path / "none" / "c.toml")
+        write_calibration(RangeCalibration("all", {(): RangeLine(1.0, 0.0, 1.0)}), tmp_path)
 
 
 HEAD = 'calibration = "ranges"\nby = "anchor"\n'

@@ -200,12 +200,12 @@ static double *times(size_t n, double step, int kind)
     return t;
 }
 
-static rn_batch new_batch(const rn_info *m, size_t n, double (*draw)(void), int kind, int covariance)
+static rn_batch new_batch(const rn_info *m, size_t n, double (*draw)(void), int kind, int filter)
 {
     rn_batch b = {.n = n, .t = times(n, 0.01, kind), .u = numbers(n * (size_t)m->nu, draw)};
     const size_t ne = (size_t)m->ne;
     b.x = numbers(n * (size_t)m->nx, zero);
-    if (covariance) {
+    if (filter != RN_KIND_FIXED) {
         b.sd = numbers(n * ne, zero);
         b.P = numbers(n * ne * (ne + 1) / 2, zero);
     }
@@ -216,8 +216,9 @@ static rn_batch new_batch(const rn_info *m, size_t n, double (*draw)(void), int 
         b.ts[j] = times(count, 0.02, kind);
         b.z[j] = numbers(count * (size_t)m->size[j], draw);
         if (!kind && bits() % 3 == 0) continue; /* nobody wants the innovations */
-        b.nu[j] = numbers(count * (size_t)m->rows[j], zero);
-        b.s[j] = numbers(count * (size_t)m->rows[j], zero);
+        const int rows = filter == RN_KIND_UKF ? m->size[j] : m->rows[j]; /* the unscented filter takes a reading whole */
+        b.nu[j] = numbers(count * (size_t)rows, zero);
+        b.s[j] = numbers(count * (size_t)rows, zero);
         b.nis[j] = numbers(count, zero);
         b.used[j] = calloc(count ? count : 1, 1);
         if (!b.used[j]) abort();
@@ -256,7 +257,7 @@ static void run_hostile(const rn_host *host, const void *model, const rn_info *m
     for (int round = 0; round < ROUNDS; round++) {
         setup_t s = set_up(model, m, kind, round % 2 ? hostile : sound);
         void *filter = make_filter(host, &s);
-        rn_batch b = new_batch(m, bits() % 60, hostile, 0, kind != RN_KIND_FIXED);
+        rn_batch b = new_batch(m, bits() % 60, hostile, 0, kind);
         host->run(filter, &b, 0, b.n);
         check_batch(m, &b, 0);
         free_batch(&b);
@@ -270,7 +271,7 @@ static void run_split(const rn_host *host, const void *model, const rn_info *m, 
 {
     const size_t n = STEPS, nx = (size_t)m->nx;
     setup_t s = set_up(model, m, kind, sound);
-    rn_batch b = new_batch(m, n, sound, 1, kind != RN_KIND_FIXED);
+    rn_batch b = new_batch(m, n, sound, 1, kind);
     void *filter = make_filter(host, &s);
     host->run(filter, &b, 0, n);
     check_batch(m, &b, 1);

@@ -205,7 +205,7 @@ def test_no_constant_gain_for_what_no_sensor_sees():
     alone = replace(
         MODEL,
         name="alone",
-        prebuilt=False,
+        shipped=None,
         sensors=MODEL.sensors[:1],
         equations=lambda s: Equations(MODEL.equations(s).rates, directions={"accel": (0, 0, -s.gravity)}),
     )

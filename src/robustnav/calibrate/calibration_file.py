@@ -28,6 +28,7 @@ from robustnav.calibrate.bias_curve import BiasCurve
 from robustnav.calibrate.range_line import Fitted, RangeLine
 from robustnav.calibrate.ranges import RangeCalibration
 from robustnav.errors import InputError
+from robustnav.files import write_whole
 
 EXPECTED = 'a calibration: calibration = "ranges", by, and one [[correction]] at least'
 
@@ -45,17 +46,7 @@ def write_calibration(calibration: RangeCalibration, path: str | os.PathLike[str
     ]
     if wrong:
         raise InputError("calibration", place=file.name, got=repr(wrong[0])[:60], expected="printable names and source")
-    beside = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
-        beside.write_text("\n".join(_lines(calibration)) + "\n", encoding="utf-8", newline="\n")
-        beside.replace(file)
-    except OSError as why:
-        got = why.strerror or str(why)
-        raise InputError(
-            "cannot write the calibration", place=file.name, got=got, expected="a folder to write in"
-        ) from why
-    finally:
-        beside.unlink(missing_ok=True)
+    write_whole(file, "\n".join(_lines(calibration)) + "\n")
 
 
 def read_calibration(path: str | os.PathLike[str]) -> RangeCalibration:

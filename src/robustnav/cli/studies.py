@@ -125,7 +125,6 @@ def simulate(
         for i in range(runs):
             batch = simulate_batch(chosen, carried, attitude_cases.environment(), runs=range(i, i + 1), seed=seed)
             path = out / f"run_{i:04d}.csv"
-            path.parent.mkdir(parents=True, exist_ok=True)
             write_table(batch.log(i), path)
             written.append(str(path))
             step()

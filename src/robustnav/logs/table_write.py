@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from robustnav.errors import InputError
+from robustnav.files import write_whole
 from robustnav.logs.layout import MOVING, RESERVED, ROLES, TIME, TITLE, UNITS, column_names, parse_column, state_columns
 from robustnav.records import Array, Log, Stream, Truth
 
@@ -35,18 +37,7 @@ def write_table(log: Log, path: str | os.PathLike[str]) -> None:
     file = Path(path)
     if not blocks:
         raise InputError("nothing to write", place=file.name, got="a log without streams", expected="a stream at least")
-    beside = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
-        with beside.open("w", encoding="utf-8", newline="\n") as out:
-            out.write(f"{TITLE}\n# {_notes(log)}\n")
-            out.writelines(_lines(blocks))
-        beside.replace(file)
-    except OSError as why:
-        raise InputError(
-            "cannot write the table", place=str(file), got=why.strerror or str(why), expected="a folder to write in"
-        ) from why
-    finally:
-        beside.unlink(missing_ok=True)
+    write_whole(file, chain([f"{TITLE}\n# {_notes(log)}\n"], _lines(blocks)))
 
 
 def _roles(log: Log) -> list[tuple[str, Truth | None]]:

@@ -13,11 +13,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from robustnav.errors import InputError
 from robustnav.evaluate.tables import Row, cells, columns_of, heading, numeric_columns, plain
+from robustnav.files import write_whole
 from robustnav.report.drawing import Plot
 from robustnav.report.svg import inline_svg
-from robustnav.report.write import write_whole
 
 Level = Literal["ok", "info", "warning", "error"]
 LEVEL_WORDS: dict[Level, str] = {"ok": "Passed", "info": "Note", "warning": "Warning", "error": "Failed"}
@@ -158,11 +157,7 @@ class Page:
         ------
         InputError : the path is a folder.
         """
-        path = Path(path)
-        if path.is_dir():
-            raise InputError("page", place=str(path), got="a folder", expected="a file name, as in report.html")
-        write_whole(path, self.html())
-        return path
+        return write_whole(path, self.html())
 
 
 def _setting(value: object) -> str:

@@ -13,12 +13,12 @@ from robustnav import __version__
 from robustnav.errors import InputError
 from robustnav.evaluate.attitude import NOT_AN_ERROR, attitude_errors
 from robustnav.evaluate.tables import plain
+from robustnav.files import write_whole
 from robustnav.records import Log, Run, Score, Truth
 from robustnav.report import figures
 from robustnav.report.drawing import Plot
 from robustnav.report.page import Page, Tile
 from robustnav.report.verdict import Verdict, innovation_rows, judge
-from robustnav.report.write import write_whole
 
 if TYPE_CHECKING:
     from robustnav.doctor.record import Diagnosis

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from robustnav.files import write_whole
 from robustnav.records import Run
-from robustnav.report.write import write_whole
 
 _AXES = {"q_nb": ("w", "x", "y", "z"), "euler": ("roll_rad", "pitch_rad", "yaw_rad")}
 

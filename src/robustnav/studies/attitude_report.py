@@ -9,13 +9,13 @@ import numpy as np
 
 from robustnav.errors import InputError
 from robustnav.evaluate.tables import plain
+from robustnav.files import write_whole
 from robustnav.frames import euler_from_quat
 from robustnav.records import Array, Run, Truth
 from robustnav.report import figures
 from robustnav.report.figures.comparison import Comparison
 from robustnav.report.page import Level, Page, Tile
 from robustnav.report.run_report import versions
-from robustnav.report.write import write_whole
 from robustnav.run import H2
 from robustnav.sim.attitude_cases import assumptions
 from robustnav.studies.attitude import (
