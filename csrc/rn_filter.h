@@ -20,11 +20,6 @@ typedef struct {
     real cov_centre;  /* the same + 1 - alpha^2 + beta */
 } RN(unscented);
 
-/* Extended Kalman update: P and x change unless nis > gate (gate: INFINITY for none), nis is
- * not finite or P has lost definiteness: then nothing changes and seen->used is 0. */
-void RN(ekf_update)(const RN(model) * m, int sensor, real *x, real *P, const real *z, real variance, real gate,
-                    const real *p, RN(seen) * seen);
-
 /* Constant-gain correction with the sensors whose bits are set in mask, their readings one after the other in z.
  * K: ne x rows of all sensors; r: residual rows of all sensors, zero where absent. */
 void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *z, int mask, const real *p, real *r);
@@ -36,7 +31,8 @@ int RN(ukf_scratch)(const RN(model) * m);
 int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real *P, const real *u, const real *q,
                     const real *p, real dt, real *scratch);
 
-/* Unscented update; refuses like ekf_update. */
+/* Unscented update, all or nothing like the extended one: refused if nis > gate or not finite, or P or S is not positive
+ * definite. */
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
                     real variance, real gate, const real *p, RN(seen) * seen, real *scratch);
 

@@ -8,7 +8,7 @@
 
 #include "rn_real.h"
 
-#define RN_ABI 4
+#define RN_ABI 5
 #define RN_MAX_STATE 48
 #define RN_MAX_INPUT 16
 #define RN_MAX_PARAMETERS 32
@@ -25,10 +25,9 @@ typedef struct {
     void (*residual)(const real *x, const real *z, const real *p, real *r);      /* r: rows */
     void (*jacobian)(const real *x, const real *p, real *H);                     /* H: rows x ne */
     void (*innovation)(const real *x, const real *z, const real *p, real *r);    /* z - h(x) in its own axes; r: size */
-    /* Sequential scalar updates of P; dx (ne) accumulates the error to inject; nu, s: rows; nis: sum of nu^2 / s.
-     * Returns the number of rows refused because their innovation variance was not positive definite. */
-    int (*update)(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s,
-                  real *nis);
+    /* Extended Kalman update by sequential scalar rows, all or nothing: x and P change unless nis = sum nu^2 / s exceeds
+     * gate, is not finite, or an innovation variance s is not positive definite.  Returns 1 if the reading was used. */
+    int (*update)(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis);
 } RN(sensor);
 
 typedef struct {

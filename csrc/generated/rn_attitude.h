@@ -503,7 +503,7 @@ RN_INLINE void rn_attitude_innovation_accel(const real *x, const real *z, const 
     r[2] = (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + (s_q_nb_2 * s_q_nb_2))) * p_gravity + z_2;
 }
 
-RN_INLINE int rn_attitude_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
+RN_INLINE int rn_attitude_update_accel(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
@@ -521,22 +521,27 @@ RN_INLINE int rn_attitude_update_accel(const real *x, real *P, const real *z, re
     const real r_1 = (s_q_nb_2 * s_q_nb_3 - s_q_nb_0 * s_q_nb_1) * t_2 + R(2.0) * (t_0 + t_1) * z_0 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * z_1;
     const real H_0_1 = p_gravity;
     const real H_1_0 = -p_gravity;
+    real L[21], dx[6];
     int refused = 0;
-    *nis = R(0.0);
+    memcpy(L, P, sizeof L);
     for (int i = 0; i < 6; i++) dx[i] = R(0.0);
+    *nis = R(0.0);
     {
-        const real PH[6] = {H_0_1 * P[1], H_0_1 * P[6], H_0_1 * P[7], H_0_1 * P[8], H_0_1 * P[9], H_0_1 * P[10]};
+        const real PH[6] = {H_0_1 * L[1], H_0_1 * L[6], H_0_1 * L[7], H_0_1 * L[8], H_0_1 * L[9], H_0_1 * L[10]};
         s[0] = variance + H_0_1 * PH[1];
         nu[0] = r_0 - (H_0_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[0], variance, nu[0], nis);
     }
     {
-        const real PH[6] = {H_1_0 * P[0], H_1_0 * P[1], H_1_0 * P[2], H_1_0 * P[3], H_1_0 * P[4], H_1_0 * P[5]};
+        const real PH[6] = {H_1_0 * L[0], H_1_0 * L[1], H_1_0 * L[2], H_1_0 * L[3], H_1_0 * L[4], H_1_0 * L[5]};
         s[1] = variance + H_1_0 * PH[0];
         nu[1] = r_1 - (H_1_0 * dx[0]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[1], variance, nu[1], nis);
     }
-    return refused;
+    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    memcpy(P, L, sizeof L);
+    rn_attitude_inject(x, dx);
+    return 1;
 }
 
 RN_INLINE void rn_attitude_measure_mag(const real *x, const real *p, real *h)
@@ -631,7 +636,7 @@ RN_INLINE void rn_attitude_innovation_mag(const real *x, const real *z, const re
     r[2] = z_2 - (((t_0 + t_1) * t_4 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * p_mag_down));
 }
 
-RN_INLINE int rn_attitude_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
+RN_INLINE int rn_attitude_update_mag(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
@@ -663,28 +668,33 @@ RN_INLINE int rn_attitude_update_mag(const real *x, real *P, const real *z, real
     const real H_1_0 = p_mag_down;
     const real H_1_2 = t_0;
     const real H_2_1 = p_mag_north;
+    real L[21], dx[6];
     int refused = 0;
-    *nis = R(0.0);
+    memcpy(L, P, sizeof L);
     for (int i = 0; i < 6; i++) dx[i] = R(0.0);
+    *nis = R(0.0);
     {
-        const real PH[6] = {H_0_1 * P[1], H_0_1 * P[6], H_0_1 * P[7], H_0_1 * P[8], H_0_1 * P[9], H_0_1 * P[10]};
+        const real PH[6] = {H_0_1 * L[1], H_0_1 * L[6], H_0_1 * L[7], H_0_1 * L[8], H_0_1 * L[9], H_0_1 * L[10]};
         s[0] = variance + H_0_1 * PH[1];
         nu[0] = r_0 - (H_0_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[0], variance, nu[0], nis);
     }
     {
-        const real PH[6] = {H_1_0 * P[0] + H_1_2 * P[2], H_1_0 * P[1] + H_1_2 * P[7], H_1_0 * P[2] + H_1_2 * P[11], H_1_0 * P[3] + H_1_2 * P[12], H_1_0 * P[4] + H_1_2 * P[13], H_1_0 * P[5] + H_1_2 * P[14]};
+        const real PH[6] = {H_1_0 * L[0] + H_1_2 * L[2], H_1_0 * L[1] + H_1_2 * L[7], H_1_0 * L[2] + H_1_2 * L[11], H_1_0 * L[3] + H_1_2 * L[12], H_1_0 * L[4] + H_1_2 * L[13], H_1_0 * L[5] + H_1_2 * L[14]};
         s[1] = variance + H_1_0 * PH[0] + H_1_2 * PH[2];
         nu[1] = r_1 - (H_1_0 * dx[0] + H_1_2 * dx[2]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[1], variance, nu[1], nis);
     }
     {
-        const real PH[6] = {H_2_1 * P[1], H_2_1 * P[6], H_2_1 * P[7], H_2_1 * P[8], H_2_1 * P[9], H_2_1 * P[10]};
+        const real PH[6] = {H_2_1 * L[1], H_2_1 * L[6], H_2_1 * L[7], H_2_1 * L[8], H_2_1 * L[9], H_2_1 * L[10]};
         s[2] = variance + H_2_1 * PH[1];
         nu[2] = r_2 - (H_2_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[2], variance, nu[2], nis);
     }
-    return refused;
+    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    memcpy(P, L, sizeof L);
+    rn_attitude_inject(x, dx);
+    return 1;
 }
 
 RN_INLINE void rn_attitude_gain(const real *K, const real *r, real *e)

@@ -523,7 +523,7 @@ RN_INLINE void rn_attitude_euler_innovation_accel(const real *x, const real *z, 
     r[2] = rn_cos(s_euler_0) * t_0 + z_2;
 }
 
-RN_INLINE int rn_attitude_euler_update_accel(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
+RN_INLINE int rn_attitude_euler_update_accel(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
 {
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
@@ -545,28 +545,33 @@ RN_INLINE int rn_attitude_euler_update_accel(const real *x, real *P, const real 
     const real H_1_1 = t_0 * t_1;
     const real H_2_0 = t_3;
     const real H_2_1 = t_0 * t_4;
+    real L[21], dx[6];
     int refused = 0;
-    *nis = R(0.0);
+    memcpy(L, P, sizeof L);
     for (int i = 0; i < 6; i++) dx[i] = R(0.0);
+    *nis = R(0.0);
     {
-        const real PH[6] = {H_0_1 * P[1], H_0_1 * P[6], H_0_1 * P[7], H_0_1 * P[8], H_0_1 * P[9], H_0_1 * P[10]};
+        const real PH[6] = {H_0_1 * L[1], H_0_1 * L[6], H_0_1 * L[7], H_0_1 * L[8], H_0_1 * L[9], H_0_1 * L[10]};
         s[0] = variance + H_0_1 * PH[1];
         nu[0] = r_0 - (H_0_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[0], variance, nu[0], nis);
     }
     {
-        const real PH[6] = {H_1_0 * P[0] + H_1_1 * P[1], H_1_0 * P[1] + H_1_1 * P[6], H_1_0 * P[2] + H_1_1 * P[7], H_1_0 * P[3] + H_1_1 * P[8], H_1_0 * P[4] + H_1_1 * P[9], H_1_0 * P[5] + H_1_1 * P[10]};
+        const real PH[6] = {H_1_0 * L[0] + H_1_1 * L[1], H_1_0 * L[1] + H_1_1 * L[6], H_1_0 * L[2] + H_1_1 * L[7], H_1_0 * L[3] + H_1_1 * L[8], H_1_0 * L[4] + H_1_1 * L[9], H_1_0 * L[5] + H_1_1 * L[10]};
         s[1] = variance + H_1_0 * PH[0] + H_1_1 * PH[1];
         nu[1] = r_1 - (H_1_0 * dx[0] + H_1_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[1], variance, nu[1], nis);
     }
     {
-        const real PH[6] = {H_2_0 * P[0] + H_2_1 * P[1], H_2_0 * P[1] + H_2_1 * P[6], H_2_0 * P[2] + H_2_1 * P[7], H_2_0 * P[3] + H_2_1 * P[8], H_2_0 * P[4] + H_2_1 * P[9], H_2_0 * P[5] + H_2_1 * P[10]};
+        const real PH[6] = {H_2_0 * L[0] + H_2_1 * L[1], H_2_0 * L[1] + H_2_1 * L[6], H_2_0 * L[2] + H_2_1 * L[7], H_2_0 * L[3] + H_2_1 * L[8], H_2_0 * L[4] + H_2_1 * L[9], H_2_0 * L[5] + H_2_1 * L[10]};
         s[2] = variance + H_2_0 * PH[0] + H_2_1 * PH[1];
         nu[2] = r_2 - (H_2_0 * dx[0] + H_2_1 * dx[1]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[2], variance, nu[2], nis);
     }
-    return refused;
+    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    memcpy(P, L, sizeof L);
+    rn_attitude_euler_inject(x, dx);
+    return 1;
 }
 
 RN_INLINE void rn_attitude_euler_measure_mag(const real *x, const real *p, real *h)
@@ -675,7 +680,7 @@ RN_INLINE void rn_attitude_euler_innovation_mag(const real *x, const real *z, co
     r[2] = z_2 - ((p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7));
 }
 
-RN_INLINE int rn_attitude_euler_update_mag(const real *x, real *P, const real *z, real variance, const real *p, real *dx, real *nu, real *s, real *nis)
+RN_INLINE int rn_attitude_euler_update_mag(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
 {
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
@@ -713,28 +718,33 @@ RN_INLINE int rn_attitude_euler_update_mag(const real *x, real *P, const real *z
     const real H_2_0 = p_mag_north * (t_12 - t_9) - t_7;
     const real H_2_1 = t_13 * t_16 - t_11 * t_4;
     const real H_2_2 = p_mag_north * (t_8 - t_12 * t_3);
+    real L[21], dx[6];
     int refused = 0;
-    *nis = R(0.0);
+    memcpy(L, P, sizeof L);
     for (int i = 0; i < 6; i++) dx[i] = R(0.0);
+    *nis = R(0.0);
     {
-        const real PH[6] = {H_0_1 * P[1] + H_0_2 * P[2], H_0_1 * P[6] + H_0_2 * P[7], H_0_1 * P[7] + H_0_2 * P[11], H_0_1 * P[8] + H_0_2 * P[12], H_0_1 * P[9] + H_0_2 * P[13], H_0_1 * P[10] + H_0_2 * P[14]};
+        const real PH[6] = {H_0_1 * L[1] + H_0_2 * L[2], H_0_1 * L[6] + H_0_2 * L[7], H_0_1 * L[7] + H_0_2 * L[11], H_0_1 * L[8] + H_0_2 * L[12], H_0_1 * L[9] + H_0_2 * L[13], H_0_1 * L[10] + H_0_2 * L[14]};
         s[0] = variance + H_0_1 * PH[1] + H_0_2 * PH[2];
         nu[0] = r_0 - (H_0_1 * dx[1] + H_0_2 * dx[2]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[0], variance, nu[0], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[0], variance, nu[0], nis);
     }
     {
-        const real PH[6] = {H_1_0 * P[0] + H_1_1 * P[1] + H_1_2 * P[2], H_1_0 * P[1] + H_1_1 * P[6] + H_1_2 * P[7], H_1_0 * P[2] + H_1_1 * P[7] + H_1_2 * P[11], H_1_0 * P[3] + H_1_1 * P[8] + H_1_2 * P[12], H_1_0 * P[4] + H_1_1 * P[9] + H_1_2 * P[13], H_1_0 * P[5] + H_1_1 * P[10] + H_1_2 * P[14]};
+        const real PH[6] = {H_1_0 * L[0] + H_1_1 * L[1] + H_1_2 * L[2], H_1_0 * L[1] + H_1_1 * L[6] + H_1_2 * L[7], H_1_0 * L[2] + H_1_1 * L[7] + H_1_2 * L[11], H_1_0 * L[3] + H_1_1 * L[8] + H_1_2 * L[12], H_1_0 * L[4] + H_1_1 * L[9] + H_1_2 * L[13], H_1_0 * L[5] + H_1_1 * L[10] + H_1_2 * L[14]};
         s[1] = variance + H_1_0 * PH[0] + H_1_1 * PH[1] + H_1_2 * PH[2];
         nu[1] = r_1 - (H_1_0 * dx[0] + H_1_1 * dx[1] + H_1_2 * dx[2]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[1], variance, nu[1], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[1], variance, nu[1], nis);
     }
     {
-        const real PH[6] = {H_2_0 * P[0] + H_2_1 * P[1] + H_2_2 * P[2], H_2_0 * P[1] + H_2_1 * P[6] + H_2_2 * P[7], H_2_0 * P[2] + H_2_1 * P[7] + H_2_2 * P[11], H_2_0 * P[3] + H_2_1 * P[8] + H_2_2 * P[12], H_2_0 * P[4] + H_2_1 * P[9] + H_2_2 * P[13], H_2_0 * P[5] + H_2_1 * P[10] + H_2_2 * P[14]};
+        const real PH[6] = {H_2_0 * L[0] + H_2_1 * L[1] + H_2_2 * L[2], H_2_0 * L[1] + H_2_1 * L[6] + H_2_2 * L[7], H_2_0 * L[2] + H_2_1 * L[7] + H_2_2 * L[11], H_2_0 * L[3] + H_2_1 * L[8] + H_2_2 * L[12], H_2_0 * L[4] + H_2_1 * L[9] + H_2_2 * L[13], H_2_0 * L[5] + H_2_1 * L[10] + H_2_2 * L[14]};
         s[2] = variance + H_2_0 * PH[0] + H_2_1 * PH[1] + H_2_2 * PH[2];
         nu[2] = r_2 - (H_2_0 * dx[0] + H_2_1 * dx[1] + H_2_2 * dx[2]);
-        refused += rn_scalar_update(P, dx, PH, 6, s[2], variance, nu[2], nis);
+        refused += rn_scalar_update(L, dx, PH, 6, s[2], variance, nu[2], nis);
     }
-    return refused;
+    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    memcpy(P, L, sizeof L);
+    rn_attitude_euler_inject(x, dx);
+    return 1;
 }
 
 RN_INLINE void rn_attitude_euler_gain(const real *K, const real *r, real *e)

@@ -1,4 +1,5 @@
 /* The kernel in double. */
+#define RN_UNROLL
 #define RN_HOST_NAME rn_host_double
 #include "../rn_filter.c"
 #include "../rn_ukf.c"

@@ -210,7 +210,7 @@ static void correct(void *memory, const double *const z[], double *const seen[])
         if (f->kind == RN_KIND_UKF)
             RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one, f->scratch);
         else
-            RN(ekf_update)(m, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one);
+            one.used = m->sensors[j].update(f->x, f->P, reading, f->variance[j], f->gate[j], f->p, one.nu, one.s, &one.nis);
         keep_seen(seen[j], &one, seen_rows(f, j));
     }
 }

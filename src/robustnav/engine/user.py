@@ -22,7 +22,16 @@ from robustnav.engine.compiled import CompiledModel
 from robustnav.errors import InputError, RobustnavError
 from robustnav.model.blocks import Model
 
-_FLAGS = ["-std=c99", "-O3", "-fno-math-errno", "-shared", "-fPIC", "-fvisibility=hidden"]
+_FLAGS = [
+    "-std=c99",
+    "-O3",
+    "-fno-tree-vectorize",
+    "-DRN_UNROLL",
+    "-fno-math-errno",
+    "-shared",
+    "-fPIC",
+    "-fvisibility=hidden",
+]
 _SYMBOL = "rn_user_model"
 
 

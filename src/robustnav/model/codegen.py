@@ -228,14 +228,25 @@ class _Generator:
         for i, row in enumerate(H):
             names.append([f"H_{i}_{j}" if e != 0 else "" for j, e in enumerate(row)])
             outputs += [(f"const real H_{i}_{j}", e) for j, e in enumerate(row) if e != 0]
-        tail = ["int refused = 0;", "*nis = R(0.0);", f"for (int i = 0; i < {n}; i++) dx[i] = R(0.0);"]
+        packed_size = n * (n + 1) // 2
+        tail = [
+            f"real L[{packed_size}], dx[{n}];",
+            "int refused = 0;",
+            "memcpy(L, P, sizeof L);",
+            f"for (int i = 0; i < {n}; i++) dx[i] = R(0.0);",
+            "*nis = R(0.0);",
+        ]
         for i, row_names in enumerate(names):
             columns = [j for j in range(n) if row_names[j]]
             tail += _scalar_row(i, columns, n)
-        tail.append("return refused;")
-        given = "const real *x, real *P, const real *z, real variance, const real *p"
-        signature = f"{given}, real *dx, real *nu, real *s, real *nis"
-        return self._function(f"update_{sensor.name}", signature, program, outputs, tail)
+        tail += [
+            "if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;",
+            "memcpy(P, L, sizeof L);",
+            f"rn_{self.model.name}_inject(x, dx);",
+            "return 1;",
+        ]
+        given = "real *x, real *P, const real *z, real variance, real gate, const real *p"
+        return self._function(f"update_{sensor.name}", f"{given}, real *nu, real *s, real *nis", program, outputs, tail)
 
     def _gain(self) -> str:
         lines = []
@@ -296,9 +307,9 @@ def _inject_quaternion(program: Program, q: Exprs, e: Exprs, error: str) -> Expr
 def _scalar_row(i: int, columns: list[int], n: int) -> list[str]:
     """The sequential update of one row: PH over its non-zero columns only, then the shared rank-one step."""
     lines = ["{"]
-    terms = [" + ".join(f"H_{i}_{c} * P[{packed(k, c, n)}]" for c in columns) for k in range(n)]
+    terms = [" + ".join(f"H_{i}_{c} * L[{packed(k, c, n)}]" for c in columns) for k in range(n)]
     lines.append(f"    const real PH[{n}] = {{{', '.join(terms)}}};")
     lines.append(f"    s[{i}] = variance + {' + '.join(f'H_{i}_{c} * PH[{c}]' for c in columns)};")
     lines.append(f"    nu[{i}] = r_{i} - ({' + '.join(f'H_{i}_{c} * dx[{c}]' for c in columns)});")
-    lines.append(f"    refused += rn_scalar_update(P, dx, PH, {n}, s[{i}], variance, nu[{i}], nis);")
+    lines.append(f"    refused += rn_scalar_update(L, dx, PH, {n}, s[{i}], variance, nu[{i}], nis);")
     return [*lines, "}"]
