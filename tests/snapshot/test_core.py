@@ -81,6 +81,9 @@ def test_closed_form_is_exact_without_noise():
         for d in (2, 3):
             problem, tag = random_problem(rng, kind, d, k=6, sd=1e-12)
             assert np.linalg.norm(starts(problem) - tag, axis=1).min() < 1e-6
+            if d == 3:
+                known = problem._replace(prior=np.array([0, 0, tag[2]]), prior_info=np.array([0, 0, 1e6]))
+                assert np.linalg.norm(starts(known) - tag, axis=1).min() < 1e-6
 
 
 def test_leaving_an_anchor_out_is_not_having_measured_it():
@@ -110,6 +113,15 @@ def test_differences_cost_what_ranges_with_a_free_offset_cost():
     R = np.diag(sd[1:] ** 2) + sd[0] ** 2
     full = of_differences(anchors, arrivals[1:] - arrivals[0], R, None).problem.W
     assert full == pytest.approx(problem.W, abs=1e-9 * np.abs(problem.W).max())
+
+
+def test_cost_of_differences_stays_true_far_away():
+    problem, _ = random_problem(np.random.default_rng(7), "differences", sd=0.005)
+    far = 1e7 * np.eye(3)
+    e = problem.ranges[:, None] + problem.anchors  # along each axis distances fall with the anchor's coordinate
+    e -= e[0]
+    wanted = np.einsum("ks,kl,ls->s", e, problem.W, e)
+    assert cost(far, problem) == pytest.approx(wanted, rel=1e-4)
 
 
 @KINDS

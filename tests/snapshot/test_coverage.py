@@ -84,3 +84,50 @@ def test_degenerate_fixes_state_a_direction_and_mostly_cover_it(runs):
     degenerate = of(runs, "degenerate")
     off = [abs(s.weak.direction @ (s.position - tag)) / s.weak.sd for tag, s in degenerate]
     assert np.mean(np.array(off) < 3.3) > 0.9
+
+
+def test_a_small_rig_knows_when_the_bearing_is_lost(scene):
+    """Seen from close together the region of good fit is a cap, or all of a sphere: no ellipsoid holds it."""
+    rng = np.random.default_rng(11)
+    verdicts = []
+    for _ in range(400):
+        d = int(rng.integers(2, 4))
+        anchors = 10 ** rng.uniform(-1, 0) * rng.uniform(-1, 1, (int(rng.integers(d + 1, 7)), d))
+        line = rng.normal(size=d)
+        tag = 10 ** rng.uniform(-0.3, 0.9) * line / np.linalg.norm(line)
+        s = scene(anchors, tag, 10 ** rng.uniform(-2, -0.5)).measure(rng)
+        verdicts.append(s.verdict)
+        if s.verdict == "unique":
+            e = s.position - tag
+            assert e @ np.linalg.solve(s.covariance, e) < 35.0, s.reason
+        elif s.verdict == "degenerate" and np.isfinite(s.covariance).all():
+            assert s.weak.direction @ s.covariance @ s.weak.direction >= 0.999 * s.weak.sd**2
+    assert verdicts.count("unique") > 50
+
+
+def test_near_and_far_are_not_mistaken_for_one_another(scene):
+    """Differences of a tag far off can also be met close by, to within the noise."""
+    rng = np.random.default_rng(12)
+    verdicts = []
+    for _ in range(400):
+        heap = rng.uniform(-5, 5, (3, 3))
+        anchors = np.vstack([heap, heap + 0.01 * rng.normal(size=(3, 3)), rng.uniform(-5, 5, (1, 3))])
+        line = rng.normal(size=3)
+        tag = 10 ** rng.uniform(1, 2.5) * line / np.linalg.norm(line)
+        s = scene(anchors, tag, 10 ** rng.uniform(-1, 0), "differences").measure(rng)
+        verdicts.append(s.verdict)
+        if s.verdict == "unique":
+            e = s.position - tag
+            assert e @ np.linalg.solve(s.covariance, e) < 35.0, s.reason
+    assert verdicts.count("degenerate") > 200
+
+
+def test_ellipsoid_is_drawn_out_where_the_readings_bend(scene):
+    rig = np.array([[2.21, 0.19, 1.79], [-0.36, -0.46, 1.97], [0.71, -0.87, 0.61], [-0.05, 0.87, 0.5]])
+    rng, drawn_out = np.random.default_rng(13), 0
+    for _ in range(20):
+        s = scene(rig, np.array([0.0, -4.27, 1.0]), 0.08).measure(rng)
+        first_order = 0.08 * s.dop.gdop
+        assert np.sqrt(np.trace(s.covariance)) >= 0.999 * first_order
+        drawn_out += s.verdict == "unique" and np.sqrt(np.trace(s.covariance)) > 1.1 * first_order
+    assert drawn_out > 3

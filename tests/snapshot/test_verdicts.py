@@ -65,6 +65,8 @@ def test_layout_gets_its_verdict(scene, name, mode):
         if s.verdict == "degenerate":
             assert np.linalg.norm(s.weak.direction) == pytest.approx(1.0)
             assert "Not observable along" in s.reason
+            v = s.weak.direction
+            assert np.isnan(s.covariance).any() or v @ s.covariance @ v >= 0.999 * s.weak.sd**2
         if s.verdict == "unique":
             assert s.poor == ("(poor)" in s.reason)
             assert np.linalg.norm(s.position - tag) < 5 * np.sqrt(np.trace(s.covariance))

@@ -15,7 +15,7 @@ from robustnav.snapshot.starts import starts
 SAME = 0.01  # squared distance in units of the covariance below which two end points are one minimum
 LONG = 40  # more steps for slow descents that decide a verdict
 PROBES = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25)  # the near ones see a region that closes on itself further out
-LADDER = 2.0 ** np.arange(-6, 8)  # steps along a weak direction, in units of its presumed reach
+LADDER = 2.0 ** (0.5 * np.arange(-12, 15))  # steps along a weak direction, in units of its presumed reach
 
 
 class Survey(NamedTuple):

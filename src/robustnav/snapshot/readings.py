@@ -51,14 +51,14 @@ def of_differences(anchors: ArrayLike, differences: ArrayLike, noise: ArrayLike,
     a = anchor_array(anchors)
     dd = _values(differences, len(a) - 1, "range differences")
     heard = ~np.isnan(dd)
-    used = np.concatenate([[heard.any()], heard])
+    used = np.concatenate([[True], heard])
     if np.ndim(noise) == 2:
         inverse = np.asarray(np.linalg.inv(_covariance(noise, heard, "noise of range differences")), float)
         contrast = np.column_stack([-np.ones(len(inverse)), np.eye(len(inverse))])
         W = contrast.T @ inverse @ contrast
     else:
         info = 1.0 / np.diag(_covariance(noise, used, "arrival noise"))
-        W = np.diag(info) - np.outer(info, info) / info.sum() if info.size else np.zeros((0, 0))
+        W = np.diag(info) - np.outer(info, info) / info.sum()
     r = np.concatenate([[0.0], dd])[used]
     return Readings(_problem(a[used], r, W, _checked(height, a), True), used, a, dd)
 
