@@ -206,7 +206,7 @@ def _score_row(score: Score) -> dict[str, object]:
     row: dict[str, object] = {name: score.values.get(name) for name in names}
     if "moving_total_deg" in score.values:
         row["moving_total_deg"] = score.values["moving_total_deg"]
-    return row | {"samples": score.samples, "reference": score.reference}
+    return row | {"samples": score.samples, "reference": score.reference.split(",")[0]}
 
 
 def _run_document(result: Run, score: Score | None, verdict: str) -> dict[str, object]:
