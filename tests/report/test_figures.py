@@ -181,3 +181,12 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(MissingExtra, match=r"robustnav\[report\]"):
         new_figure(1)
+
+
+def test_growth_shows_who_diverges_on_a_logarithmic_axis():
+    t = np.linspace(0.0, 10.0, 50)
+    plot = figures.growth(t, {"holds": np.full(50, 0.03), "diverges": 0.03 * np.exp(t)}, "Two filters.")
+    assert plot.figure.axes[0].get_yscale() == "log"
+    assert labels(plot) == ["holds", "diverges"]
+    np.testing.assert_allclose(drawn(lines(plot)[1])[1][-1], 0.03 * np.exp(10.0))
+    assert plot.caption.startswith("Two filters.")

@@ -114,10 +114,11 @@ def simulate(
     }
     if runs < 1:
         raise InputError("runs", got=str(runs), expected="1 or more")
-    study = attitude_cases.sensors()
     unit = datasheet.imu(imu)
-    if unit.gyro.random_walk is None:
-        unit = replace(unit, gyro=replace(unit.gyro, random_walk=study.imu.gyro.random_walk))
+    if unit.gyro.random_walk is None and errors != "none":
+        walk = attitude_cases.BIAS_WALK_DPS_RTS
+        note(f"{imu} states no gyro bias walk: {walk:g} deg/s per root second is taken, as in the study")
+        unit = replace(unit, gyro=replace(unit.gyro, random_walk=walk * DPS))
     carried = Sensors(unit, datasheet.magnetometer(magnetometer), switches[errors])
     chosen = motions[motion]
     written: list[str] = []

@@ -46,7 +46,7 @@ LEAST_SEEDS = 20
 TURN_SEEDS = 20
 RATE_HZ = 100.0
 HELD = "heading held at 170 deg, 180 s"
-SHAKEN = "the same turn, 600 s, vibrating multicopter"
+SHAKEN = "steady 20 deg/s yaw turn, 600 s, vibrating multicopter"
 TURNS: dict[str, Trajectory] = {
     "steady 20 deg/s yaw turn, 180 s": steady_turn(20 * DPS, 180.0, RATE_HZ),
     SHAKEN: steady_turn(20 * DPS, 600.0, RATE_HZ),

@@ -6,6 +6,7 @@ from robustnav.report.figures.comparison import Comparison, comparison
 from robustnav.report.figures.consistency import consistency_band
 from robustnav.report.figures.error import error_band
 from robustnav.report.figures.gain import gain_schedule
+from robustnav.report.figures.growth import growth
 from robustnav.report.figures.innovations import innovations
 from robustnav.report.figures.percentiles import percentile_band
 from robustnav.report.figures.timeline import timeline
@@ -18,6 +19,7 @@ __all__ = [
     "consistency_band",
     "error_band",
     "gain_schedule",
+    "growth",
     "innovations",
     "percentile_band",
     "timeline",
