@@ -19,21 +19,24 @@ LINES_IN_A_FUNCTION = 60  # without its docstring
 
 BASE = {"errors", "units", "frames", "earth", "records", "files", "datasheet"}
 MODELS = BASE | {"model", "models", "design", "filter"}
-FACTS = {"sim", "logs", "calibrate", "doctor", "snapshot"}  # they know the base row alone
+FACTS = {"strapdown", "sim", "logs", "calibrate", "doctor", "snapshot", "survey"}  # they know little but the base row
 MAY_IMPORT = {
     **dict.fromkeys(BASE, BASE),
     **dict.fromkeys(FACTS, BASE),
+    "sim": BASE | {"strapdown"},
+    "survey": BASE | {"snapshot"},
     "model": BASE,
     "models": BASE | {"model"},
     "design": MODELS - {"models"},
     "filter": MODELS - {"models", "design"},
     "engine": MODELS,
     "export": MODELS | {"engine"},
-    "run": MODELS | {"engine", "snapshot"},
+    "run": MODELS | {"engine", "snapshot", "strapdown"},
+    "alignment": MODELS | {"engine", "run", "strapdown"},
     "evaluate": MODELS | {"engine", "run"} | FACTS,
     "report": MODELS | {"engine", "run", "evaluate", "export"} | FACTS,
-    "studies": MODELS | {"engine", "run", "evaluate", "export", "report"} | FACTS,
-    "benchmark": MODELS | {"engine", "run", "evaluate", "export", "report", "studies"} | FACTS,
+    "studies": MODELS | {"engine", "run", "alignment", "evaluate", "export", "report"} | FACTS,
+    "benchmark": MODELS | {"engine", "run", "alignment", "evaluate", "export", "report", "studies"} | FACTS,
 }
 ANYTHING = {"__init__", "__main__", "cli"}
 # The command that writes the C of the built-in models has to know them; nothing imports it.

@@ -1,0 +1,1 @@
+"""Initial alignment of a strapdown unit on a swaying, disturbed carrier."""

@@ -1,0 +1,1 @@
+"""Strapdown integration: coning and sculling, pre-integration, navigation equations on WGS-84."""

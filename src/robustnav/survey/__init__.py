@@ -1,0 +1,1 @@
+"""Where anchors stand, from ranges between them and to a moving tag."""
