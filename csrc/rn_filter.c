@@ -8,7 +8,7 @@ void RN(fixed_correct)(const RN(model) * m, real *x, const real *K, const real *
         const RN(sensor) *one = &m->sensors[j];
         if (mask >> j & 1) {
             one->residual(x, z, p, own);
-            z += one->size;
+            z += one->width;
         } else {
             for (int a = 0; a < one->rows; a++) own[a] = R(0.0);
         }

@@ -10,7 +10,7 @@ typedef struct {
     real nu[RN_MAX_ROWS]; /* measured minus predicted, row after row */
     real s[RN_MAX_ROWS];  /* predicted variance of each */
     real nis;             /* sum of nu^2 / s */
-    int used;             /* 0: refused by the gate or by a covariance that lost definiteness */
+    real weight;          /* 0: refused by the rule or by a covariance that lost definiteness */
 } RN(seen);
 
 /* Sigma-point spread: lambda = alpha^2 (n + kappa) - n; weights of the centre for mean and covariance. */
@@ -31,9 +31,9 @@ int RN(ukf_scratch)(const RN(model) * m);
 int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real *P, const real *u, const real *q,
                     const real *p, real dt, real *scratch);
 
-/* Unscented update, all or nothing like the extended one: refused if nis > gate or not finite, or P or S is not positive
- * definite. */
+/* Unscented update, all or nothing like the extended one: refused if the rule says so, nis is not finite, or P or S is not
+ * positive definite. */
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
-                    real variance, real gate, const real *p, RN(seen) * seen, real *scratch);
+                    real variance, RN(rule) rule, const real *p, RN(seen) * seen, real *scratch);
 
 #endif

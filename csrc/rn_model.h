@@ -7,27 +7,30 @@
 #define RN_MODEL_H
 
 #include "rn_real.h"
+#include "rn_update.h"
 
-#define RN_ABI 5
+#define RN_ABI 6
 #define RN_MAX_STATE 48
 #define RN_MAX_INPUT 16
 #define RN_MAX_PARAMETERS 32
 #define RN_MAX_NOISES 16
 #define RN_MAX_SENSORS 8
 #define RN_MAX_ROWS 8
+#define RN_MAX_READING 16
 #define RN_PACKED(n) ((n) * ((n) + 1) / 2)
 
 typedef struct {
     const char *name;
-    int size; /* numbers in a reading */
-    int rows; /* scalar rows it is fused as */
-    void (*measure)(const real *x, const real *p, real *h);                      /* h: size */
+    int size;  /* numbers in a reading */
+    int width; /* and with what travels behind them: the position of an anchor, a lever arm */
+    int rows;  /* scalar rows it is fused as */
+    void (*measure)(const real *x, const real *z, const real *p, real *h);       /* of z only what travels; h: size */
     void (*residual)(const real *x, const real *z, const real *p, real *r);      /* r: rows */
-    void (*jacobian)(const real *x, const real *p, real *H);                     /* H: rows x ne */
+    void (*jacobian)(const real *x, const real *z, const real *p, real *H);      /* of z only what travels; H: rows x ne */
     void (*innovation)(const real *x, const real *z, const real *p, real *r);    /* z - h(x) in its own axes; r: size */
-    /* Extended Kalman update by sequential scalar rows, all or nothing: x and P change unless nis = sum nu^2 / s exceeds
-     * gate, is not finite, or an innovation variance s is not positive definite.  Returns 1 if the reading was used. */
-    int (*update)(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis);
+    /* Extended Kalman update by sequential scalar rows, all or nothing: x and P change unless the rule gives the reading no
+     * weight, nis = sum nu^2 / s is not finite, or an innovation variance s is not positive definite.  Returns the weight. */
+    real (*update)(real *x, real *P, const real *z, real variance, RN(rule) rule, const real *p, real *nu, real *s, real *nis);
 } RN(sensor);
 
 typedef struct {

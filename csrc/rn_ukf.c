@@ -94,8 +94,9 @@ static void spread_of_prediction(const RN(model) * m, const RN(unscented) * w, i
     const RN(sensor) *one = &m->sensors[sensor];
     const int n = m->ne, nx = m->nx, count = points_of(m), rows = one->size;
     const real weight = R(0.5) / w->spread, reach = rn_sqrt(w->spread);
-    real centre[RN_MAX_ROWS], mean[RN_MAX_ROWS];
-    one->measure(points, p, centre);
+    real centre[RN_MAX_READING], mean[RN_MAX_ROWS];
+    one->measure(points, z, p, centre);
+    for (int a = rows; a < one->width; a++) centre[a] = z[a];
     for (int a = 0; a < rows; a++) mean[a] = R(0.0);
     for (int k = 0; k < count; k++) {
         real *r = below + k * RN_MAX_ROWS;
@@ -152,13 +153,13 @@ static int whiten(real *S, real *C, const real *nu, real *y, int rows, int n)
 }
 
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
-                    real variance, real gate, const real *p, RN(seen) * seen, real *scratch)
+                    real variance, RN(rule) rule, const real *p, RN(seen) * seen, real *scratch)
 {
     const int n = m->ne, count = points_of(m), rows = m->sensors[sensor].size;
     real *points = scratch, *below = points + count * m->nx, *U = below + count * RN_MAX_ROWS,
          *C = U + RN_PACKED(n);
     real S[RN_MAX_ROWS * RN_MAX_ROWS] = {R(0.0)}, y[RN_MAX_ROWS], dx[RN_MAX_STATE];
-    seen->used = 0;
+    seen->weight = R(0.0);
     seen->nis = (real)NAN;
     for (int a = 0; a < rows; a++) seen->nu[a] = seen->s[a] = (real)NAN;
     if (place(m, w->spread, x, P, points, U)) return;
@@ -168,13 +169,14 @@ void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, re
     if (whiten(S, C, seen->nu, y, rows, n)) return;
     seen->nis = R(0.0);
     for (int a = 0; a < rows; a++) seen->nis += y[a] * y[a];
-    if (!(seen->nis <= gate && seen->nis < (real)INFINITY)) return;
-    seen->used = 1;
+    const real weight = rn_weight(rule, seen->nis, (real)rows);
+    if (!(weight > R(0.0))) return;
+    seen->weight = weight;
     for (int i = 0, k = 0; i < n; i++) {
         dx[i] = R(0.0);
-        for (int a = 0; a < rows; a++) dx[i] += C[i * rows + a] * y[a];
+        for (int a = 0; a < rows; a++) dx[i] += weight * C[i * rows + a] * y[a];
         for (int j = i; j < n; j++, k++) {
-            for (int a = 0; a < rows; a++) P[k] -= C[i * rows + a] * C[j * rows + a];
+            for (int a = 0; a < rows; a++) P[k] -= weight * C[i * rows + a] * C[j * rows + a];
         }
     }
     m->inject(x, dx);

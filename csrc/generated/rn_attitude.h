@@ -12,6 +12,8 @@
  *   p[0]  gravity
  *   p[1]  mag_north
  *   p[2]  mag_down
+ *   reading accel: z[0..2] [m/s^2]
+ *   reading mag: z[0..2] [T]
  *   q[0]  intensity of gyro_noise [(rad/s/sqrt(Hz))^2]
  *   q[1]  intensity of gyro_bias_noise [(rad/s^2/sqrt(Hz))^2]
  *   q[2]  intensity of gyro_scale_noise [(1/sqrt(Hz))^2] */
@@ -438,8 +440,9 @@ RN_INLINE void rn_attitude_difference(const real *a, const real *b, real *e)
     e[5] = a_6 - b_6;
 }
 
-RN_INLINE void rn_attitude_measure_accel(const real *x, const real *p, real *h)
+RN_INLINE void rn_attitude_measure_accel(const real *x, const real *z, const real *p, real *h)
 {
+    RN_UNUSED(z);
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
     const real s_q_nb_2 = x[2];
@@ -461,17 +464,18 @@ RN_INLINE void rn_attitude_residual_accel(const real *x, const real *z, const re
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = s_q_nb_0 * s_q_nb_3;
-    const real t_1 = s_q_nb_1 * s_q_nb_2;
-    const real t_2 = R(2.0) * z_2;
-    const real t_3 = s_q_nb_3 * s_q_nb_3;
-    r[0] = (s_q_nb_0 * s_q_nb_2 + s_q_nb_1 * s_q_nb_3) * t_2 + R(2.0) * (t_1 - t_0) * z_1 + (R(1.0) - R(2.0) * ((s_q_nb_2 * s_q_nb_2) + t_3)) * z_0;
-    r[1] = (s_q_nb_2 * s_q_nb_3 - s_q_nb_0 * s_q_nb_1) * t_2 + R(2.0) * (t_0 + t_1) * z_0 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * z_1;
+    const real t_0 = s_q_nb_3 * s_q_nb_3;
+    const real t_1 = R(2.0) * z_2;
+    const real t_2 = s_q_nb_1 * s_q_nb_2;
+    const real t_3 = s_q_nb_0 * s_q_nb_3;
+    r[0] = (s_q_nb_0 * s_q_nb_2 + s_q_nb_1 * s_q_nb_3) * t_1 + R(2.0) * (t_2 - t_3) * z_1 + (R(1.0) - R(2.0) * ((s_q_nb_2 * s_q_nb_2) + t_0)) * z_0;
+    r[1] = (s_q_nb_2 * s_q_nb_3 - s_q_nb_0 * s_q_nb_1) * t_1 + R(2.0) * (t_2 + t_3) * z_0 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_0)) * z_1;
 }
 
-RN_INLINE void rn_attitude_jacobian_accel(const real *x, const real *p, real *H)
+RN_INLINE void rn_attitude_jacobian_accel(const real *x, const real *z, const real *p, real *H)
 {
     RN_UNUSED(x);
+    RN_UNUSED(z);
     const real p_gravity = p[0];
     H[0] = R(0.0);
     H[1] = p_gravity;
@@ -503,7 +507,7 @@ RN_INLINE void rn_attitude_innovation_accel(const real *x, const real *z, const 
     r[2] = (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + (s_q_nb_2 * s_q_nb_2))) * p_gravity + z_2;
 }
 
-RN_INLINE int rn_attitude_update_accel(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
+RN_INLINE real rn_attitude_update_accel(real *x, real *P, const real *z, real variance, RN(rule) rule, const real *p, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
@@ -513,12 +517,12 @@ RN_INLINE int rn_attitude_update_accel(real *x, real *P, const real *z, real var
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = s_q_nb_0 * s_q_nb_3;
-    const real t_1 = s_q_nb_1 * s_q_nb_2;
-    const real t_2 = R(2.0) * z_2;
-    const real t_3 = s_q_nb_3 * s_q_nb_3;
-    const real r_0 = (s_q_nb_0 * s_q_nb_2 + s_q_nb_1 * s_q_nb_3) * t_2 + R(2.0) * (t_1 - t_0) * z_1 + (R(1.0) - R(2.0) * ((s_q_nb_2 * s_q_nb_2) + t_3)) * z_0;
-    const real r_1 = (s_q_nb_2 * s_q_nb_3 - s_q_nb_0 * s_q_nb_1) * t_2 + R(2.0) * (t_0 + t_1) * z_0 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * z_1;
+    const real t_0 = s_q_nb_3 * s_q_nb_3;
+    const real t_1 = R(2.0) * z_2;
+    const real t_2 = s_q_nb_1 * s_q_nb_2;
+    const real t_3 = s_q_nb_0 * s_q_nb_3;
+    const real r_0 = (s_q_nb_0 * s_q_nb_2 + s_q_nb_1 * s_q_nb_3) * t_1 + R(2.0) * (t_2 - t_3) * z_1 + (R(1.0) - R(2.0) * ((s_q_nb_2 * s_q_nb_2) + t_0)) * z_0;
+    const real r_1 = (s_q_nb_2 * s_q_nb_3 - s_q_nb_0 * s_q_nb_1) * t_1 + R(2.0) * (t_2 + t_3) * z_0 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_0)) * z_1;
     const real H_0_1 = p_gravity;
     const real H_1_0 = -p_gravity;
     real L[21], dx[6];
@@ -538,28 +542,31 @@ RN_INLINE int rn_attitude_update_accel(real *x, real *P, const real *z, real var
         nu[1] = r_1 - (H_1_0 * dx[0]);
         refused += rn_scalar_update(L, dx, PH, 6, s[1], variance, nu[1], nis);
     }
-    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    const real weight = refused ? R(0.0) : rn_weight(rule, *nis, R(2.0));
+    if (!(weight > R(0.0))) return R(0.0);
+    if (weight < R(1.0)) rn_soften(L, P, 21, dx, 6, weight);
     memcpy(P, L, sizeof L);
     rn_attitude_inject(x, dx);
-    return 1;
+    return weight;
 }
 
-RN_INLINE void rn_attitude_measure_mag(const real *x, const real *p, real *h)
+RN_INLINE void rn_attitude_measure_mag(const real *x, const real *z, const real *p, real *h)
 {
+    RN_UNUSED(z);
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
     const real s_q_nb_2 = x[2];
     const real s_q_nb_3 = x[3];
     const real p_mag_north = p[1];
     const real p_mag_down = p[2];
-    const real t_0 = s_q_nb_0 * s_q_nb_2;
+    const real t_0 = s_q_nb_2 * s_q_nb_2;
     const real t_1 = s_q_nb_1 * s_q_nb_3;
-    const real t_2 = R(2.0) * p_mag_down;
-    const real t_3 = s_q_nb_2 * s_q_nb_2;
+    const real t_2 = s_q_nb_0 * s_q_nb_2;
+    const real t_3 = R(2.0) * p_mag_down;
     const real t_4 = R(2.0) * p_mag_north;
-    h[0] = (t_1 - t_0) * t_2 + (R(1.0) - R(2.0) * ((s_q_nb_3 * s_q_nb_3) + t_3)) * p_mag_north;
-    h[1] = (s_q_nb_1 * s_q_nb_2 - s_q_nb_0 * s_q_nb_3) * t_4 + (s_q_nb_0 * s_q_nb_1 + s_q_nb_2 * s_q_nb_3) * t_2;
-    h[2] = (t_0 + t_1) * t_4 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * p_mag_down;
+    h[0] = (R(1.0) - R(2.0) * ((s_q_nb_3 * s_q_nb_3) + t_0)) * p_mag_north + (t_1 - t_2) * t_3;
+    h[1] = (s_q_nb_1 * s_q_nb_2 - s_q_nb_0 * s_q_nb_3) * t_4 + (s_q_nb_0 * s_q_nb_1 + s_q_nb_2 * s_q_nb_3) * t_3;
+    h[2] = (t_1 + t_2) * t_4 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_0)) * p_mag_down;
 }
 
 RN_INLINE void rn_attitude_residual_mag(const real *x, const real *z, const real *p, real *r)
@@ -573,26 +580,27 @@ RN_INLINE void rn_attitude_residual_mag(const real *x, const real *z, const real
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = s_q_nb_0 * s_q_nb_3;
-    const real t_1 = s_q_nb_1 * s_q_nb_2;
-    const real t_2 = R(2.0) * z_1;
+    const real t_0 = s_q_nb_2 * s_q_nb_2;
+    const real t_1 = s_q_nb_3 * s_q_nb_3;
+    const real t_2 = s_q_nb_1 * s_q_nb_3;
     const real t_3 = s_q_nb_0 * s_q_nb_2;
-    const real t_4 = s_q_nb_1 * s_q_nb_3;
-    const real t_5 = R(2.0) * z_2;
-    const real t_6 = s_q_nb_3 * s_q_nb_3;
-    const real t_7 = s_q_nb_2 * s_q_nb_2;
-    const real t_8 = s_q_nb_0 * s_q_nb_1;
-    const real t_9 = s_q_nb_2 * s_q_nb_3;
-    const real t_10 = s_q_nb_1 * s_q_nb_1;
-    const real t_11 = R(2.0) * z_0;
-    r[0] = (t_1 - t_0) * t_2 + (R(1.0) - R(2.0) * (t_6 + t_7)) * z_0 + (t_3 + t_4) * t_5 - p_mag_north;
-    r[1] = (t_9 - t_8) * t_5 + (t_0 + t_1) * t_11 + (R(1.0) - R(2.0) * (t_10 + t_6)) * z_1;
-    r[2] = (t_4 - t_3) * t_11 + t_2 * (t_8 + t_9) + (R(1.0) - R(2.0) * (t_10 + t_7)) * z_2 - p_mag_down;
+    const real t_4 = R(2.0) * z_2;
+    const real t_5 = s_q_nb_1 * s_q_nb_2;
+    const real t_6 = s_q_nb_0 * s_q_nb_3;
+    const real t_7 = R(2.0) * z_1;
+    const real t_8 = R(2.0) * z_0;
+    const real t_9 = s_q_nb_1 * s_q_nb_1;
+    const real t_10 = s_q_nb_2 * s_q_nb_3;
+    const real t_11 = s_q_nb_0 * s_q_nb_1;
+    r[0] = (R(1.0) - R(2.0) * (t_0 + t_1)) * z_0 + (t_2 + t_3) * t_4 + (t_5 - t_6) * t_7 - p_mag_north;
+    r[1] = (R(1.0) - R(2.0) * (t_1 + t_9)) * z_1 + (t_10 - t_11) * t_4 + (t_5 + t_6) * t_8;
+    r[2] = (R(1.0) - R(2.0) * (t_0 + t_9)) * z_2 + (t_10 + t_11) * t_7 + (t_2 - t_3) * t_8 - p_mag_down;
 }
 
-RN_INLINE void rn_attitude_jacobian_mag(const real *x, const real *p, real *H)
+RN_INLINE void rn_attitude_jacobian_mag(const real *x, const real *z, const real *p, real *H)
 {
     RN_UNUSED(x);
+    RN_UNUSED(z);
     const real p_mag_north = p[1];
     const real p_mag_down = p[2];
     H[0] = R(0.0);
@@ -626,17 +634,17 @@ RN_INLINE void rn_attitude_innovation_mag(const real *x, const real *z, const re
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = s_q_nb_0 * s_q_nb_2;
+    const real t_0 = s_q_nb_2 * s_q_nb_2;
     const real t_1 = s_q_nb_1 * s_q_nb_3;
-    const real t_2 = R(2.0) * p_mag_down;
-    const real t_3 = s_q_nb_2 * s_q_nb_2;
+    const real t_2 = s_q_nb_0 * s_q_nb_2;
+    const real t_3 = R(2.0) * p_mag_down;
     const real t_4 = R(2.0) * p_mag_north;
-    r[0] = z_0 - (((t_1 - t_0) * t_2 + (R(1.0) - R(2.0) * ((s_q_nb_3 * s_q_nb_3) + t_3)) * p_mag_north));
-    r[1] = z_1 - (((s_q_nb_1 * s_q_nb_2 - s_q_nb_0 * s_q_nb_3) * t_4 + (s_q_nb_0 * s_q_nb_1 + s_q_nb_2 * s_q_nb_3) * t_2));
-    r[2] = z_2 - (((t_0 + t_1) * t_4 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_3)) * p_mag_down));
+    r[0] = z_0 - (((R(1.0) - R(2.0) * ((s_q_nb_3 * s_q_nb_3) + t_0)) * p_mag_north + (t_1 - t_2) * t_3));
+    r[1] = z_1 - (((s_q_nb_1 * s_q_nb_2 - s_q_nb_0 * s_q_nb_3) * t_4 + (s_q_nb_0 * s_q_nb_1 + s_q_nb_2 * s_q_nb_3) * t_3));
+    r[2] = z_2 - (((t_1 + t_2) * t_4 + (R(1.0) - R(2.0) * ((s_q_nb_1 * s_q_nb_1) + t_0)) * p_mag_down));
 }
 
-RN_INLINE int rn_attitude_update_mag(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
+RN_INLINE real rn_attitude_update_mag(real *x, real *P, const real *z, real variance, RN(rule) rule, const real *p, real *nu, real *s, real *nis)
 {
     const real s_q_nb_0 = x[0];
     const real s_q_nb_1 = x[1];
@@ -647,26 +655,26 @@ RN_INLINE int rn_attitude_update_mag(real *x, real *P, const real *z, real varia
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = -p_mag_north;
-    const real t_1 = s_q_nb_0 * s_q_nb_3;
-    const real t_2 = s_q_nb_1 * s_q_nb_2;
-    const real t_3 = R(2.0) * z_1;
-    const real t_4 = s_q_nb_0 * s_q_nb_2;
-    const real t_5 = s_q_nb_1 * s_q_nb_3;
-    const real t_6 = R(2.0) * z_2;
-    const real t_7 = s_q_nb_3 * s_q_nb_3;
-    const real t_8 = s_q_nb_2 * s_q_nb_2;
-    const real t_9 = s_q_nb_0 * s_q_nb_1;
-    const real t_10 = s_q_nb_2 * s_q_nb_3;
-    const real t_11 = s_q_nb_1 * s_q_nb_1;
-    const real t_12 = R(2.0) * z_0;
+    const real t_0 = s_q_nb_2 * s_q_nb_2;
+    const real t_1 = s_q_nb_3 * s_q_nb_3;
+    const real t_2 = s_q_nb_1 * s_q_nb_3;
+    const real t_3 = s_q_nb_0 * s_q_nb_2;
+    const real t_4 = R(2.0) * z_2;
+    const real t_5 = s_q_nb_1 * s_q_nb_2;
+    const real t_6 = s_q_nb_0 * s_q_nb_3;
+    const real t_7 = R(2.0) * z_1;
+    const real t_8 = -p_mag_north;
+    const real t_9 = R(2.0) * z_0;
+    const real t_10 = s_q_nb_1 * s_q_nb_1;
+    const real t_11 = s_q_nb_2 * s_q_nb_3;
+    const real t_12 = s_q_nb_0 * s_q_nb_1;
     const real t_13 = -p_mag_down;
-    const real r_0 = (t_2 - t_1) * t_3 + (R(1.0) - R(2.0) * (t_7 + t_8)) * z_0 + (t_4 + t_5) * t_6 + t_0;
-    const real r_1 = (t_1 + t_2) * t_12 + (t_10 - t_9) * t_6 + (R(1.0) - R(2.0) * (t_11 + t_7)) * z_1;
-    const real r_2 = (t_5 - t_4) * t_12 + t_13 + (t_10 + t_9) * t_3 + (R(1.0) - R(2.0) * (t_11 + t_8)) * z_2;
+    const real r_0 = (R(1.0) - R(2.0) * (t_0 + t_1)) * z_0 + (t_2 + t_3) * t_4 + (t_5 - t_6) * t_7 + t_8;
+    const real r_1 = (t_11 - t_12) * t_4 + (t_5 + t_6) * t_9 + (R(1.0) - R(2.0) * (t_1 + t_10)) * z_1;
+    const real r_2 = (t_11 + t_12) * t_7 + (t_2 - t_3) * t_9 + t_13 + (R(1.0) - R(2.0) * (t_0 + t_10)) * z_2;
     const real H_0_1 = t_13;
     const real H_1_0 = p_mag_down;
-    const real H_1_2 = t_0;
+    const real H_1_2 = t_8;
     const real H_2_1 = p_mag_north;
     real L[21], dx[6];
     int refused = 0;
@@ -691,10 +699,12 @@ RN_INLINE int rn_attitude_update_mag(real *x, real *P, const real *z, real varia
         nu[2] = r_2 - (H_2_1 * dx[1]);
         refused += rn_scalar_update(L, dx, PH, 6, s[2], variance, nu[2], nis);
     }
-    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    const real weight = refused ? R(0.0) : rn_weight(rule, *nis, R(3.0));
+    if (!(weight > R(0.0))) return R(0.0);
+    if (weight < R(1.0)) rn_soften(L, P, 21, dx, 6, weight);
     memcpy(P, L, sizeof L);
     rn_attitude_inject(x, dx);
-    return 1;
+    return weight;
 }
 
 RN_INLINE void rn_attitude_gain(const real *K, const real *r, real *e)
@@ -738,35 +748,35 @@ RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const 
     const real K_24 = K[24];
     const real K_26 = K[26];
     const real K_28 = K[28];
-    const real t_0 = s_q_nb_0 * s_q_nb_1;
-    const real t_1 = s_q_nb_2 * s_q_nb_3;
-    const real t_2 = R(2.0) * (t_1 - t_0);
-    const real t_3 = s_q_nb_3 * s_q_nb_3;
-    const real t_4 = s_q_nb_1 * s_q_nb_1;
-    const real t_5 = R(1.0) - R(2.0) * (t_4 + t_3);
-    const real t_6 = s_q_nb_0 * s_q_nb_3;
-    const real t_7 = s_q_nb_1 * s_q_nb_2;
-    const real t_8 = t_6 + t_7;
-    const real t_9 = R(2.0) * t_8;
-    const real r_1 = t_2 * z_2 + t_5 * z_1 + t_9 * z_0;
+    const real t_0 = s_q_nb_1 * s_q_nb_2;
+    const real t_1 = s_q_nb_0 * s_q_nb_3;
+    const real t_2 = t_0 + t_1;
+    const real t_3 = R(2.0) * t_2;
+    const real t_4 = s_q_nb_3 * s_q_nb_3;
+    const real t_5 = s_q_nb_1 * s_q_nb_1;
+    const real t_6 = R(1.0) - R(2.0) * (t_4 + t_5);
+    const real t_7 = s_q_nb_2 * s_q_nb_3;
+    const real t_8 = s_q_nb_0 * s_q_nb_1;
+    const real t_9 = R(2.0) * (t_7 - t_8);
+    const real r_1 = t_3 * z_0 + t_6 * z_1 + t_9 * z_2;
     const real t_10 = R(2.0) * z_3;
-    const real r_3 = t_2 * z_5 + t_5 * z_4 + t_8 * t_10;
+    const real r_3 = t_2 * t_10 + t_6 * z_4 + t_9 * z_5;
     const real de_2 = K_11 * r_1 + K_13 * r_3;
     const real t_11 = R(0.5) * de_2;
-    const real t_12 = t_7 - t_6;
-    const real t_13 = R(2.0) * t_12;
-    const real t_14 = s_q_nb_0 * s_q_nb_2;
-    const real t_15 = s_q_nb_1 * s_q_nb_3;
+    const real t_12 = s_q_nb_2 * s_q_nb_2;
+    const real t_13 = R(1.0) - R(2.0) * (t_12 + t_4);
+    const real t_14 = s_q_nb_1 * s_q_nb_3;
+    const real t_15 = s_q_nb_0 * s_q_nb_2;
     const real t_16 = R(2.0) * (t_14 + t_15);
-    const real t_17 = s_q_nb_2 * s_q_nb_2;
-    const real t_18 = R(1.0) - R(2.0) * (t_3 + t_17);
-    const real r_0 = t_13 * z_1 + t_16 * z_2 + t_18 * z_0;
+    const real t_17 = t_0 - t_1;
+    const real t_18 = R(2.0) * t_17;
+    const real r_0 = t_13 * z_0 + t_16 * z_2 + t_18 * z_1;
     const real t_19 = R(2.0) * z_4;
-    const real r_2 = t_19 * t_12 + t_16 * z_5 + t_18 * z_3 - p_mag_north;
-    const real t_20 = R(1.0) - R(2.0) * (t_4 + t_17);
-    const real t_21 = t_0 + t_1;
-    const real t_22 = t_15 - t_14;
-    const real r_4 = t_20 * z_5 + t_19 * t_21 + t_10 * t_22 - p_mag_down;
+    const real r_2 = t_13 * z_3 + t_16 * z_5 + t_19 * t_17 - p_mag_north;
+    const real t_20 = t_14 - t_15;
+    const real t_21 = t_7 + t_8;
+    const real t_22 = R(1.0) - R(2.0) * (t_12 + t_5);
+    const real r_4 = t_10 * t_20 + t_19 * t_21 + t_22 * z_5 - p_mag_down;
     const real de_1 = K_5 * r_0 + K_7 * r_2 + K_9 * r_4;
     const real t_23 = R(0.5) * de_1;
     const real de_0 = K_1 * r_1 + K_3 * r_3;
@@ -784,9 +794,9 @@ RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const 
     x[1] = n_1 * scale;
     x[2] = n_2 * scale;
     x[3] = n_3 * scale;
-    x[4] = s_gyro_bias_0 + de_4 * t_9 + t_22 * t_25 + de_3 * t_18;
-    x[5] = s_gyro_bias_1 + de_4 * t_5 + t_21 * t_25 + de_3 * t_13;
-    x[6] = s_gyro_bias_2 + de_4 * t_2 + de_5 * t_20 + de_3 * t_16;
+    x[4] = s_gyro_bias_0 + de_4 * t_3 + de_3 * t_13 + t_20 * t_25;
+    x[5] = s_gyro_bias_1 + de_4 * t_6 + t_21 * t_25 + de_3 * t_18;
+    x[6] = s_gyro_bias_2 + de_4 * t_9 + de_5 * t_22 + de_3 * t_16;
     r[0] = r_0;
     r[1] = r_1;
     r[2] = r_2;
@@ -795,8 +805,8 @@ RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const 
 }
 
 static const RN(sensor) rn_attitude_sensors[] = {
-    {"accel", 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_innovation_accel, rn_attitude_update_accel},
-    {"mag", 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_innovation_mag, rn_attitude_update_mag}};
+    {"accel", 3, 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_innovation_accel, rn_attitude_update_accel},
+    {"mag", 3, 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_innovation_mag, rn_attitude_update_mag}};
 static const RN(model) rn_attitude_model = {
     RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 3, 3, 2, rn_attitude_sensors,
     rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_gain, rn_attitude_correct};

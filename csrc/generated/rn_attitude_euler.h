@@ -12,6 +12,8 @@
  *   p[0]  gravity
  *   p[1]  mag_north
  *   p[2]  mag_down
+ *   reading accel: z[0..2] [m/s^2]
+ *   reading mag: z[0..2] [T]
  *   q[0]  intensity of gyro_noise [(rad/s/sqrt(Hz))^2]
  *   q[1]  intensity of gyro_bias_noise [(rad/s^2/sqrt(Hz))^2] */
 
@@ -455,8 +457,9 @@ RN_INLINE void rn_attitude_euler_difference(const real *a, const real *b, real *
     e[5] = a_5 - b_5;
 }
 
-RN_INLINE void rn_attitude_euler_measure_accel(const real *x, const real *p, real *h)
+RN_INLINE void rn_attitude_euler_measure_accel(const real *x, const real *z, const real *p, real *h)
 {
+    RN_UNUSED(z);
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
     const real p_gravity = p[0];
@@ -480,8 +483,9 @@ RN_INLINE void rn_attitude_euler_residual_accel(const real *x, const real *z, co
     r[2] = rn_cos(s_euler_0) * t_0 + z_2;
 }
 
-RN_INLINE void rn_attitude_euler_jacobian_accel(const real *x, const real *p, real *H)
+RN_INLINE void rn_attitude_euler_jacobian_accel(const real *x, const real *z, const real *p, real *H)
 {
+    RN_UNUSED(z);
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
     const real p_gravity = p[0];
@@ -523,7 +527,7 @@ RN_INLINE void rn_attitude_euler_innovation_accel(const real *x, const real *z, 
     r[2] = rn_cos(s_euler_0) * t_0 + z_2;
 }
 
-RN_INLINE int rn_attitude_euler_update_accel(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
+RN_INLINE real rn_attitude_euler_update_accel(real *x, real *P, const real *z, real variance, RN(rule) rule, const real *p, real *nu, real *s, real *nis)
 {
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
@@ -568,30 +572,33 @@ RN_INLINE int rn_attitude_euler_update_accel(real *x, real *P, const real *z, re
         nu[2] = r_2 - (H_2_0 * dx[0] + H_2_1 * dx[1]);
         refused += rn_scalar_update(L, dx, PH, 6, s[2], variance, nu[2], nis);
     }
-    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    const real weight = refused ? R(0.0) : rn_weight(rule, *nis, R(3.0));
+    if (!(weight > R(0.0))) return R(0.0);
+    if (weight < R(1.0)) rn_soften(L, P, 21, dx, 6, weight);
     memcpy(P, L, sizeof L);
     rn_attitude_euler_inject(x, dx);
-    return 1;
+    return weight;
 }
 
-RN_INLINE void rn_attitude_euler_measure_mag(const real *x, const real *p, real *h)
+RN_INLINE void rn_attitude_euler_measure_mag(const real *x, const real *z, const real *p, real *h)
 {
+    RN_UNUSED(z);
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
     const real s_euler_2 = x[2];
     const real p_mag_north = p[1];
     const real p_mag_down = p[2];
-    const real t_0 = rn_cos(s_euler_2);
-    const real t_1 = rn_cos(s_euler_1);
-    const real t_2 = rn_sin(s_euler_1);
-    const real t_3 = rn_sin(s_euler_0);
-    const real t_4 = p_mag_down * t_1;
-    const real t_5 = t_0 * t_2;
-    const real t_6 = rn_sin(s_euler_2);
-    const real t_7 = rn_cos(s_euler_0);
-    h[0] = p_mag_north * t_0 * t_1 - p_mag_down * t_2;
-    h[1] = p_mag_north * (t_3 * t_5 - t_6 * t_7) + t_3 * t_4;
-    h[2] = p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7;
+    const real t_0 = rn_sin(s_euler_1);
+    const real t_1 = rn_cos(s_euler_2);
+    const real t_2 = rn_cos(s_euler_1);
+    const real t_3 = rn_sin(s_euler_2);
+    const real t_4 = rn_cos(s_euler_0);
+    const real t_5 = rn_sin(s_euler_0);
+    const real t_6 = t_0 * t_1;
+    const real t_7 = p_mag_down * t_2;
+    h[0] = p_mag_north * t_1 * t_2 - p_mag_down * t_0;
+    h[1] = (t_5 * t_6 - t_3 * t_4) * p_mag_north + t_5 * t_7;
+    h[2] = p_mag_north * (t_3 * t_5 + t_4 * t_6) + t_4 * t_7;
 }
 
 RN_INLINE void rn_attitude_euler_residual_mag(const real *x, const real *z, const real *p, real *r)
@@ -604,54 +611,55 @@ RN_INLINE void rn_attitude_euler_residual_mag(const real *x, const real *z, cons
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = rn_cos(s_euler_2);
-    const real t_1 = rn_cos(s_euler_1);
-    const real t_2 = rn_sin(s_euler_1);
-    const real t_3 = rn_sin(s_euler_0);
-    const real t_4 = p_mag_down * t_1;
-    const real t_5 = t_0 * t_2;
-    const real t_6 = rn_sin(s_euler_2);
-    const real t_7 = rn_cos(s_euler_0);
-    r[0] = z_0 - ((p_mag_north * t_0 * t_1 - p_mag_down * t_2));
-    r[1] = z_1 - ((p_mag_north * (t_3 * t_5 - t_6 * t_7) + t_3 * t_4));
-    r[2] = z_2 - ((p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7));
+    const real t_0 = rn_sin(s_euler_1);
+    const real t_1 = rn_cos(s_euler_2);
+    const real t_2 = rn_cos(s_euler_1);
+    const real t_3 = rn_sin(s_euler_2);
+    const real t_4 = rn_cos(s_euler_0);
+    const real t_5 = rn_sin(s_euler_0);
+    const real t_6 = t_0 * t_1;
+    const real t_7 = p_mag_down * t_2;
+    r[0] = z_0 - ((p_mag_north * t_1 * t_2 - p_mag_down * t_0));
+    r[1] = z_1 - (((t_5 * t_6 - t_3 * t_4) * p_mag_north + t_5 * t_7));
+    r[2] = z_2 - ((p_mag_north * (t_3 * t_5 + t_4 * t_6) + t_4 * t_7));
 }
 
-RN_INLINE void rn_attitude_euler_jacobian_mag(const real *x, const real *p, real *H)
+RN_INLINE void rn_attitude_euler_jacobian_mag(const real *x, const real *z, const real *p, real *H)
 {
+    RN_UNUSED(z);
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
     const real s_euler_2 = x[2];
     const real p_mag_north = p[1];
     const real p_mag_down = p[2];
-    const real t_0 = rn_cos(s_euler_1);
-    const real t_1 = p_mag_down * t_0;
-    const real t_2 = rn_sin(s_euler_1);
-    const real t_3 = rn_cos(s_euler_2);
+    const real t_0 = rn_sin(s_euler_1);
+    const real t_1 = rn_cos(s_euler_2);
+    const real t_2 = rn_cos(s_euler_1);
+    const real t_3 = p_mag_down * t_2;
     const real t_4 = rn_sin(s_euler_2);
-    const real t_5 = p_mag_north * t_0;
-    const real t_6 = rn_sin(s_euler_0);
-    const real t_7 = t_4 * t_6;
-    const real t_8 = rn_cos(s_euler_0);
-    const real t_9 = t_3 * t_8;
-    const real t_10 = t_3 * t_6;
-    const real t_11 = p_mag_down * t_2;
-    const real t_12 = t_4 * t_8;
+    const real t_5 = p_mag_north * t_2;
+    const real t_6 = rn_cos(s_euler_0);
+    const real t_7 = t_1 * t_6;
+    const real t_8 = rn_sin(s_euler_0);
+    const real t_9 = t_4 * t_8;
+    const real t_10 = p_mag_down * t_0;
+    const real t_11 = t_1 * t_8;
+    const real t_12 = t_4 * t_6;
     H[0] = R(0.0);
-    H[1] = -t_1 - p_mag_north * t_2 * t_3;
+    H[1] = -p_mag_north * t_0 * t_1 - t_3;
     H[2] = -(t_4 * t_5);
     H[3] = R(0.0);
     H[4] = R(0.0);
     H[5] = R(0.0);
-    H[6] = p_mag_north * (t_2 * t_9 + t_7) + t_1 * t_8;
-    H[7] = t_10 * t_5 - t_11 * t_6;
-    H[8] = (-t_2 * t_7 - t_9) * p_mag_north;
+    H[6] = p_mag_north * (t_0 * t_7 + t_9) + t_3 * t_6;
+    H[7] = t_11 * t_5 - t_10 * t_8;
+    H[8] = (-t_0 * t_9 - t_7) * p_mag_north;
     H[9] = R(0.0);
     H[10] = R(0.0);
     H[11] = R(0.0);
-    H[12] = p_mag_north * (t_12 - t_10 * t_2) - t_1 * t_6;
-    H[13] = t_5 * t_9 - t_11 * t_8;
-    H[14] = p_mag_north * (t_10 - t_12 * t_2);
+    H[12] = p_mag_north * (t_12 - t_0 * t_11) - t_3 * t_8;
+    H[13] = t_5 * t_7 - t_10 * t_6;
+    H[14] = p_mag_north * (t_11 - t_0 * t_12);
     H[15] = R(0.0);
     H[16] = R(0.0);
     H[17] = R(0.0);
@@ -667,20 +675,20 @@ RN_INLINE void rn_attitude_euler_innovation_mag(const real *x, const real *z, co
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = rn_cos(s_euler_2);
-    const real t_1 = rn_cos(s_euler_1);
-    const real t_2 = rn_sin(s_euler_1);
-    const real t_3 = rn_sin(s_euler_0);
-    const real t_4 = p_mag_down * t_1;
-    const real t_5 = t_0 * t_2;
-    const real t_6 = rn_sin(s_euler_2);
-    const real t_7 = rn_cos(s_euler_0);
-    r[0] = z_0 - ((p_mag_north * t_0 * t_1 - p_mag_down * t_2));
-    r[1] = z_1 - ((p_mag_north * (t_3 * t_5 - t_6 * t_7) + t_3 * t_4));
-    r[2] = z_2 - ((p_mag_north * (t_3 * t_6 + t_5 * t_7) + t_4 * t_7));
+    const real t_0 = rn_sin(s_euler_1);
+    const real t_1 = rn_cos(s_euler_2);
+    const real t_2 = rn_cos(s_euler_1);
+    const real t_3 = rn_sin(s_euler_2);
+    const real t_4 = rn_cos(s_euler_0);
+    const real t_5 = rn_sin(s_euler_0);
+    const real t_6 = t_0 * t_1;
+    const real t_7 = p_mag_down * t_2;
+    r[0] = z_0 - ((p_mag_north * t_1 * t_2 - p_mag_down * t_0));
+    r[1] = z_1 - (((t_5 * t_6 - t_3 * t_4) * p_mag_north + t_5 * t_7));
+    r[2] = z_2 - ((p_mag_north * (t_3 * t_5 + t_4 * t_6) + t_4 * t_7));
 }
 
-RN_INLINE int rn_attitude_euler_update_mag(real *x, real *P, const real *z, real variance, real gate, const real *p, real *nu, real *s, real *nis)
+RN_INLINE real rn_attitude_euler_update_mag(real *x, real *P, const real *z, real variance, RN(rule) rule, const real *p, real *nu, real *s, real *nis)
 {
     const real s_euler_0 = x[0];
     const real s_euler_1 = x[1];
@@ -690,34 +698,34 @@ RN_INLINE int rn_attitude_euler_update_mag(real *x, real *P, const real *z, real
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
-    const real t_0 = rn_cos(s_euler_1);
-    const real t_1 = rn_cos(s_euler_2);
-    const real t_2 = p_mag_north * t_1;
-    const real t_3 = rn_sin(s_euler_1);
-    const real t_4 = p_mag_down * t_3;
-    const real t_5 = rn_sin(s_euler_0);
-    const real t_6 = p_mag_down * t_0;
+    const real t_0 = rn_sin(s_euler_1);
+    const real t_1 = p_mag_down * t_0;
+    const real t_2 = rn_cos(s_euler_1);
+    const real t_3 = rn_cos(s_euler_2);
+    const real t_4 = p_mag_north * t_3;
+    const real t_5 = rn_sin(s_euler_2);
+    const real t_6 = rn_cos(s_euler_0);
     const real t_7 = t_5 * t_6;
-    const real t_8 = t_1 * t_5;
+    const real t_8 = rn_sin(s_euler_0);
     const real t_9 = t_3 * t_8;
-    const real t_10 = rn_sin(s_euler_2);
-    const real t_11 = rn_cos(s_euler_0);
-    const real t_12 = t_10 * t_11;
-    const real t_13 = t_1 * t_11;
-    const real t_14 = t_10 * t_5;
-    const real t_15 = p_mag_north * (t_14 + t_13 * t_3) + t_11 * t_6;
-    const real t_16 = p_mag_north * t_0;
-    const real r_0 = z_0 - ((t_0 * t_2 - t_4));
-    const real r_1 = z_1 - (((t_9 - t_12) * p_mag_north + t_7));
+    const real t_10 = t_0 * t_9;
+    const real t_11 = p_mag_down * t_2;
+    const real t_12 = t_11 * t_8;
+    const real t_13 = t_5 * t_8;
+    const real t_14 = t_3 * t_6;
+    const real t_15 = p_mag_north * (t_0 * t_14 + t_13) + t_11 * t_6;
+    const real t_16 = p_mag_north * t_2;
+    const real r_0 = z_0 - ((t_2 * t_4 - t_1));
+    const real r_1 = z_1 - ((p_mag_north * (t_10 - t_7) + t_12));
     const real r_2 = z_2 - t_15;
-    const real H_0_1 = -t_2 * t_3 - t_6;
-    const real H_0_2 = -(t_10 * t_16);
+    const real H_0_1 = -t_0 * t_4 - t_11;
+    const real H_0_2 = -(t_16 * t_5);
     const real H_1_0 = t_15;
-    const real H_1_1 = t_16 * t_8 - t_4 * t_5;
-    const real H_1_2 = (-t_13 - t_14 * t_3) * p_mag_north;
-    const real H_2_0 = p_mag_north * (t_12 - t_9) - t_7;
-    const real H_2_1 = t_13 * t_16 - t_11 * t_4;
-    const real H_2_2 = p_mag_north * (t_8 - t_12 * t_3);
+    const real H_1_1 = t_16 * t_9 - t_1 * t_8;
+    const real H_1_2 = (-t_0 * t_13 - t_14) * p_mag_north;
+    const real H_2_0 = (t_7 - t_10) * p_mag_north - t_12;
+    const real H_2_1 = t_14 * t_16 - t_1 * t_6;
+    const real H_2_2 = p_mag_north * (t_9 - t_0 * t_7);
     real L[21], dx[6];
     int refused = 0;
     memcpy(L, P, sizeof L);
@@ -741,10 +749,12 @@ RN_INLINE int rn_attitude_euler_update_mag(real *x, real *P, const real *z, real
         nu[2] = r_2 - (H_2_0 * dx[0] + H_2_1 * dx[1] + H_2_2 * dx[2]);
         refused += rn_scalar_update(L, dx, PH, 6, s[2], variance, nu[2], nis);
     }
-    if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;
+    const real weight = refused ? R(0.0) : rn_weight(rule, *nis, R(3.0));
+    if (!(weight > R(0.0))) return R(0.0);
+    if (weight < R(1.0)) rn_soften(L, P, 21, dx, 6, weight);
     memcpy(P, L, sizeof L);
     rn_attitude_euler_inject(x, dx);
-    return 1;
+    return weight;
 }
 
 RN_INLINE void rn_attitude_euler_gain(const real *K, const real *r, real *e)
@@ -820,11 +830,11 @@ RN_INLINE void rn_attitude_euler_correct(real *x, const real *z, const real *K, 
     const real r_2 = t_3 * t_4 + z_2;
     const real t_5 = rn_cos(s_euler_2);
     const real r_3 = z_3 - ((p_mag_north * t_2 * t_5 - p_mag_down * t_0));
-    const real t_6 = p_mag_down * t_2;
+    const real t_6 = rn_sin(s_euler_2);
     const real t_7 = t_0 * t_5;
-    const real t_8 = rn_sin(s_euler_2);
-    const real r_4 = z_4 - ((p_mag_north * (t_1 * t_7 - t_4 * t_8) + t_1 * t_6));
-    const real r_5 = z_5 - ((p_mag_north * (t_1 * t_8 + t_4 * t_7) + t_4 * t_6));
+    const real t_8 = p_mag_down * t_2;
+    const real r_4 = z_4 - ((p_mag_north * (t_1 * t_7 - t_4 * t_6) + t_1 * t_8));
+    const real r_5 = z_5 - ((p_mag_north * (t_1 * t_6 + t_4 * t_7) + t_4 * t_8));
     const real de_0 = K_0 * r_0 + K_1 * r_1 + K_2 * r_2 + K_3 * r_3 + K_4 * r_4 + K_5 * r_5;
     const real de_1 = K_6 * r_0 + K_7 * r_1 + K_8 * r_2 + K_9 * r_3 + K_10 * r_4 + K_11 * r_5;
     const real de_2 = K_12 * r_0 + K_13 * r_1 + K_14 * r_2 + K_15 * r_3 + K_16 * r_4 + K_17 * r_5;
@@ -846,8 +856,8 @@ RN_INLINE void rn_attitude_euler_correct(real *x, const real *z, const real *K, 
 }
 
 static const RN(sensor) rn_attitude_euler_sensors[] = {
-    {"accel", 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_innovation_accel, rn_attitude_euler_update_accel},
-    {"mag", 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_innovation_mag, rn_attitude_euler_update_mag}};
+    {"accel", 3, 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_innovation_accel, rn_attitude_euler_update_accel},
+    {"mag", 3, 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_innovation_mag, rn_attitude_euler_update_mag}};
 static const RN(model) rn_attitude_euler_model = {
     RN_ABI, (int)sizeof(real), "attitude_euler", 6, 6, 3, 2, 3, 2, rn_attitude_euler_sensors,
     rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_gain, rn_attitude_euler_correct};

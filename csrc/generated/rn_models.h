@@ -3,10 +3,20 @@
 #define RN_MODELS_H
 #include "rn_attitude.h"
 #include "rn_attitude_euler.h"
+#include "rn_uwb_2d.h"
+#include "rn_uwb_2d_driven.h"
+#include "rn_uwb_3d.h"
+#include "rn_uwb_3d_driven.h"
+#include "rn_inertial.h"
 
 static const RN(model) *const rn_built_in[] = {
     &rn_attitude_model,
     &rn_attitude_euler_model,
+    &rn_uwb_2d_model,
+    &rn_uwb_2d_driven_model,
+    &rn_uwb_3d_model,
+    &rn_uwb_3d_driven_model,
+    &rn_inertial_model,
     0};
 
 #endif

@@ -8,14 +8,14 @@
 
 static PyTypeObject *model_type; /* what the constructor accepts */
 
-/* Filter(model, kind, x, P or None, p, q, variance, gate, (alpha, beta, kappa), times, gains) */
+/* Filter(model, kind, x, P or None, p, q, variance, rules, limits, (alpha, beta, kappa), times, gains) */
 static PyObject *filter_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
-    PyObject *model, *item[8];
+    PyObject *model, *rules, *item[8];
     rn_config c = {.kind = 0};
     if (kwargs && PyDict_Size(kwargs)) return PyErr_Format(PyExc_TypeError, "Filter takes no keywords");
-    if (!PyArg_ParseTuple(args, "O!iOOOOOO(ddd)OO", model_type, &model, &c.kind, &item[0], &item[1], &item[2], &item[3],
-                          &item[4], &item[5], &c.alpha, &c.beta, &c.kappa, &item[6], &item[7]))
+    if (!PyArg_ParseTuple(args, "O!iOOOOOO!O(ddd)OO", model_type, &model, &c.kind, &item[0], &item[1], &item[2], &item[3],
+                          &item[4], &PyTuple_Type, &rules, &item[5], &c.alpha, &c.beta, &c.kappa, &item[6], &item[7]))
         return NULL;
     if (c.kind < RN_KIND_EKF || c.kind > RN_KIND_UKF) return PyErr_Format(PyExc_ValueError, "no filter kind %d", c.kind);
     ModelObject *owner = (ModelObject *)model;
@@ -30,7 +30,15 @@ static PyObject *filter_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     if (!(c.p = rn_borrow(item[2], &held[2], m->np, 'd', 0, "parameters"))) goto done;
     if (!(c.q = rn_borrow(item[3], &held[3], m->nq, 'd', 0, "noise intensities"))) goto done;
     if (!(c.variance = rn_borrow(item[4], &held[4], m->nsensors, 'd', 0, "sensor variances"))) goto done;
-    if (!(c.gate = rn_borrow(item[5], &held[5], m->nsensors, 'd', 0, "gates"))) goto done;
+    if (!(c.limit = rn_borrow(item[5], &held[5], m->nsensors, 'd', 0, "limits"))) goto done;
+    if (PyTuple_Size(rules) != m->nsensors) {
+        PyErr_Format(PyExc_ValueError, "expected %d rules", m->nsensors);
+        goto done;
+    }
+    for (int j = 0; j < m->nsensors; j++) {
+        c.rule[j] = (int)PyLong_AsLong(PyTuple_GetItem(rules, j));
+        if (PyErr_Occurred()) goto done;
+    }
     if (c.kind == RN_KIND_FIXED) {
         if (!(c.times = rn_borrow(item[6], &held[6], -1, 'd', 0, "gain times"))) goto done;
         c.sets = (int)(held[6].view.len / (Py_ssize_t)sizeof(double));
@@ -88,7 +96,7 @@ static PyObject *filter_update(PyObject *object, PyObject *const *args, Py_ssize
     if (args[0] != Py_None && rn_read_numbers(args[0], numbers[0], m->nu, "input")) return NULL;
     for (int j = 0; j < m->nsensors; j++) {
         if (args[j + 1] == Py_None) continue;
-        if (rn_read_numbers(args[j + 1], numbers[j + 1], m->size[j], m->sensor[j])) return NULL;
+        if (rn_read_numbers(args[j + 1], numbers[j + 1], m->width[j], m->sensor[j])) return NULL;
         z[j] = numbers[j + 1];
     }
     if (dt > 0.0 && args[0] != Py_None) {
@@ -144,7 +152,7 @@ done:
     return result;
 }
 
-/* run(t, u, ((ts, z, nu, s, nis, used) or None per sensor), x or None, sd or None, P or None) */
+/* run(t, u, ((ts, z, nu, s, nis, weight) or None per sensor), x or None, sd or None, P or None) */
 static PyObject *filter_run(PyObject *object, PyObject *args)
 {
     FilterObject *self = (FilterObject *)object;
@@ -171,19 +179,19 @@ static PyObject *filter_run(PyObject *object, PyObject *args)
         array_t *h = &held[5 + 6 * j];
         PyObject *part[6];
         if (!PyTuple_Check(one) || !PyArg_ParseTuple(one, "OOOOOO", &part[0], &part[1], &part[2], &part[3], &part[4], &part[5])) {
-            if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "a sensor is (ts, z, nu, s, nis, used)");
+            if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "a sensor is (ts, z, nu, s, nis, weight)");
             goto done;
         }
         if (!(b.ts[j] = rn_borrow(part[0], &h[0], -1, 'd', 0, "sensor times"))) goto done;
         const Py_ssize_t rows = h[0].view.len / (Py_ssize_t)sizeof(double);
         const int width = self->kind == RN_KIND_UKF ? m->size[j] : m->rows[j];
         b.count[j] = (size_t)rows;
-        if (!(b.z[j] = rn_borrow(part[1], &h[1], rows * m->size[j], 'd', 0, "readings"))) goto done;
+        if (!(b.z[j] = rn_borrow(part[1], &h[1], rows * m->width[j], 'd', 0, "readings"))) goto done;
         if (part[2] == Py_None) continue;
         if (!(b.nu[j] = rn_borrow(part[2], &h[2], rows * width, 'd', 1, "innovations"))) goto done;
         if (!(b.s[j] = rn_borrow(part[3], &h[3], rows * width, 'd', 1, "innovation variances"))) goto done;
         if (!(b.nis[j] = rn_borrow(part[4], &h[4], rows, 'd', 1, "nis"))) goto done;
-        if (!(b.used[j] = rn_borrow(part[5], &h[5], rows, 'B', 1, "used"))) goto done;
+        if (!(b.weight[j] = rn_borrow(part[5], &h[5], rows, 'd', 1, "weight"))) goto done;
     }
     for (size_t from = 0; from < b.n; from += CHUNK) {
         const size_t to = from + CHUNK < b.n ? from + CHUNK : b.n;

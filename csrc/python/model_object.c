@@ -59,10 +59,10 @@ static PyObject *model_call(PyObject *object, PyObject *args)
     PyObject *inputs, *outputs;
     if (!PyArg_ParseTuple(args, "iiO!dO!", &what, &sensor, &PyTuple_Type, &inputs, &dt, &PyTuple_Type, &outputs)) return NULL;
     const int one = sensor >= 0 && sensor < m->nsensors;
-    const int size = one ? m->size[sensor] : 0, rows = one ? m->rows[sensor] : 0, n = m->ne;
+    const int size = one ? m->size[sensor] : 0, width = one ? m->width[sensor] : 0, rows = one ? m->rows[sensor] : 0, n = m->ne;
     const int in_sizes[RN_CALL_COUNT][4] = {
         {m->nx, m->nu, m->np, -1},   {m->nx, m->nu, m->nq, m->np}, {m->nx, n, -1, -1},     {m->nx, n, -1, -1},
-        {m->nx, m->nx, -1, -1},      {m->nx, m->np, -1, -1},       {m->nx, size, m->np, -1}, {m->nx, m->np, -1, -1},
+        {m->nx, m->nx, -1, -1},      {m->nx, width, m->np, -1},    {m->nx, width, m->np, -1}, {m->nx, width, m->np, -1},
         {n * m->rows_total, m->rows_total, -1, -1}};
     const int out_sizes[RN_CALL_COUNT][2] = {{m->nx, -1}, {n * n, n * n}, {m->nx, -1}, {m->nx, -1},      {n, -1},
                                              {size, -1},  {rows, -1},     {rows * n, -1}, {n, -1}};

@@ -50,19 +50,21 @@ static int call(const void *opaque, int what, int sensor, const double *const in
         to_double(out[0], b, m->ne);
         return 0;
     case RN_CALL_MEASURE:
-        to_real(p, in[1], m->np);
-        one->measure(x, p, a);
-        to_double(out[0], a, one->size);
+        to_real(a, in[1], one->width);
+        to_real(p, in[2], m->np);
+        one->measure(x, a, p, b);
+        to_double(out[0], b, one->size);
         return 0;
     case RN_CALL_RESIDUAL:
-        to_real(a, in[1], one->size);
+        to_real(a, in[1], one->width);
         to_real(p, in[2], m->np);
         one->residual(x, a, p, b);
         to_double(out[0], b, one->rows);
         return 0;
     case RN_CALL_JACOBIAN:
-        to_real(p, in[1], m->np);
-        one->jacobian(x, p, F);
+        to_real(a, in[1], one->width);
+        to_real(p, in[2], m->np);
+        one->jacobian(x, a, p, F);
         to_double(out[0], F, one->rows * m->ne);
         return 0;
     case RN_CALL_GAIN:

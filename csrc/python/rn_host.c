@@ -15,7 +15,8 @@ typedef struct {
     int sets, set;
     RN(unscented) unscented;
     real x[RN_MAX_STATE + 1], P[RN_PACKED(RN_MAX_STATE)];
-    real p[RN_MAX_PARAMETERS], q[RN_MAX_NOISES], variance[RN_HOST_SENSORS], gate[RN_HOST_SENSORS];
+    real p[RN_MAX_PARAMETERS], q[RN_MAX_NOISES], variance[RN_HOST_SENSORS];
+    RN(rule) rule[RN_HOST_SENSORS];
     real *gains, *scratch; /* behind this struct, in the same block */
     double *times;
 } filter_t;
@@ -58,8 +59,10 @@ static int info(const void *opaque, rn_info *out)
         return 3;
     *out = (rn_info){.nx = m->nx, .ne = m->ne, .nu = m->nu, .nq = m->nq, .np = m->np, .nsensors = m->nsensors, .name = m->name};
     for (int j = 0; j < m->nsensors; j++) {
-        if (m->sensors[j].size > RN_MAX_ROWS || m->sensors[j].rows > RN_MAX_ROWS) return 3;
+        const RN(sensor) *one = &m->sensors[j];
+        if (one->size > RN_MAX_ROWS || one->rows > RN_MAX_ROWS || one->width > RN_MAX_READING) return 3;
         out->size[j] = m->sensors[j].size;
+        out->width[j] = m->sensors[j].width;
         out->rows[j] = m->sensors[j].rows;
         out->sensor[j] = m->sensors[j].name;
         out->rows_total += out->rows[j];
@@ -104,7 +107,7 @@ static void init(void *memory, const rn_config *c)
     to_real(f->p, c->p, m->np);
     to_real(f->q, c->q, m->nq);
     to_real(f->variance, c->variance, m->nsensors);
-    to_real(f->gate, c->gate, m->nsensors);
+    for (int j = 0; j < m->nsensors; j++) f->rule[j] = (RN(rule)){c->rule[j], (real)c->limit[j]};
     const double n = (double)m->ne, spread = c->alpha * c->alpha * (n + c->kappa);
     f->unscented.spread = (real)spread;
     f->unscented.mean_centre = (real)((spread - n) / spread);
@@ -160,20 +163,20 @@ static void keep_seen(double *out, const RN(seen) * seen, int rows)
     to_double(out, seen->nu, rows);
     to_double(out + RN_MAX_ROWS, seen->s, rows);
     out[2 * RN_MAX_ROWS] = (double)seen->nis;
-    out[2 * RN_MAX_ROWS + 1] = (double)seen->used;
+    out[2 * RN_MAX_ROWS + 1] = (double)seen->weight;
 }
 
 static void correct_fixed(filter_t *f, const double *const z[], double *const seen[])
 {
     const RN(model) *m = f->model;
-    real all[RN_HOST_SENSORS * RN_MAX_ROWS], r[RN_HOST_SENSORS * RN_MAX_ROWS], *reading = all;
+    real all[RN_HOST_SENSORS * RN_MAX_READING], r[RN_HOST_SENSORS * RN_MAX_ROWS], *reading = all;
     const int whole = (1 << m->nsensors) - 1;
     int mask = 0;
     for (int j = 0; j < m->nsensors; j++) {
-        if (z[j] == NULL || !all_finite(z[j], m->sensors[j].size)) continue;
+        if (z[j] == NULL || !all_finite(z[j], m->sensors[j].width)) continue;
         mask |= 1 << j;
-        to_real(reading, z[j], m->sensors[j].size);
-        reading += m->sensors[j].size;
+        to_real(reading, z[j], m->sensors[j].width);
+        reading += m->sensors[j].width;
     }
     if (!mask) return;
     while (f->set + 1 < f->sets && f->elapsed >= f->times[f->set + 1]) f->set++;
@@ -185,7 +188,7 @@ static void correct_fixed(filter_t *f, const double *const z[], double *const se
         RN(fixed_correct)(m, f->x, K, all, mask, f->p, r);
     for (int j = 0; j < m->nsensors; j++) {
         if (!seen[j] || !(mask >> j & 1)) continue;
-        RN(seen) kept = {.nis = (real)NAN, .used = 1};
+        RN(seen) kept = {.nis = (real)NAN, .weight = R(1.0)};
         for (int a = 0; a < m->sensors[j].rows; a++) {
             kept.nu[a] = r[f->row_start[j] + a];
             kept.s[a] = (real)NAN;
@@ -203,14 +206,14 @@ static void correct(void *memory, const double *const z[], double *const seen[])
         return;
     }
     for (int j = 0; j < m->nsensors; j++) {
-        real room[RN_MAX_ROWS];
+        real room[RN_MAX_READING];
         RN(seen) one;
-        if (z[j] == NULL || !all_finite(z[j], m->sensors[j].size)) continue;
-        const real *reading = as_real(room, z[j], m->sensors[j].size);
+        if (z[j] == NULL || !all_finite(z[j], m->sensors[j].width)) continue;
+        const real *reading = as_real(room, z[j], m->sensors[j].width);
         if (f->kind == RN_KIND_UKF)
-            RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->gate[j], f->p, &one, f->scratch);
+            RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->rule[j], f->p, &one, f->scratch);
         else
-            one.used = m->sensors[j].update(f->x, f->P, reading, f->variance[j], f->gate[j], f->p, one.nu, one.s, &one.nis);
+            one.weight = m->sensors[j].update(f->x, f->P, reading, f->variance[j], f->rule[j], f->p, one.nu, one.s, &one.nis);
         keep_seen(seen[j], &one, seen_rows(f, j));
     }
 }
@@ -228,7 +231,7 @@ static void take(filter_t *f, rn_batch *b, double at)
             z[j] = NULL;
             if (b->next[j] >= b->count[j] || b->ts[j][b->next[j]] != at) continue;
             row[j] = b->next[j]++;
-            z[j] = b->z[j] + row[j] * (size_t)m->sensors[j].size;
+            z[j] = b->z[j] + row[j] * (size_t)m->sensors[j].width;
             seen[j] = b->nu[j] ? kept[j] : NULL;
             kept[j][2 * RN_MAX_ROWS + 1] = -1.0; /* stays so when the reading is missing */
             any = 1;
@@ -241,7 +244,7 @@ static void take(filter_t *f, rn_batch *b, double at)
             memcpy(b->nu[j] + row[j] * rows, kept[j], rows * sizeof(double));
             memcpy(b->s[j] + row[j] * rows, kept[j] + RN_MAX_ROWS, rows * sizeof(double));
             b->nis[j][row[j]] = kept[j][2 * RN_MAX_ROWS];
-            b->used[j][row[j]] = (unsigned char)kept[j][2 * RN_MAX_ROWS + 1];
+            b->weight[j][row[j]] = kept[j][2 * RN_MAX_ROWS + 1];
         }
     }
 }

@@ -13,16 +13,16 @@ enum {
     RN_CALL_INJECT,       /* in: x e           out: x        */
     RN_CALL_INJECT_TURNED,/* in: x e           out: x        */
     RN_CALL_DIFFERENCE,   /* in: a b           out: e        */
-    RN_CALL_MEASURE,      /* in: x p           out: h        */
+    RN_CALL_MEASURE,      /* in: x z p         out: h        */
     RN_CALL_RESIDUAL,     /* in: x z p         out: r        */
-    RN_CALL_JACOBIAN,     /* in: x p           out: H        */
+    RN_CALL_JACOBIAN,     /* in: x z p         out: H        */
     RN_CALL_GAIN,         /* in: K r           out: e        */
     RN_CALL_COUNT
 };
 
 typedef struct {
     int nx, ne, nu, nq, np, nsensors, rows_total;
-    int size[RN_HOST_SENSORS], rows[RN_HOST_SENSORS];
+    int size[RN_HOST_SENSORS], width[RN_HOST_SENSORS], rows[RN_HOST_SENSORS];
     const char *name;
     const char *sensor[RN_HOST_SENSORS];
 } rn_info;
@@ -30,7 +30,9 @@ typedef struct {
 typedef struct {
     const void *model;
     int kind;
-    const double *x, *P, *p, *q, *variance, *gate; /* P packed; NULL for a constant gain */
+    const double *x, *P, *p, *q, *variance; /* P packed; NULL for a constant gain */
+    const double *limit;                    /* of each sensor's rule */
+    int rule[RN_HOST_SENSORS];
     double alpha, beta, kappa;                     /* unscented */
     int sets;                                      /* gain sets: times (sets), gains (sets, 2^sensors - 1, ne, rows) */
     const double *times, *gains;
@@ -43,8 +45,7 @@ typedef struct {
     size_t count[RN_HOST_SENSORS], next[RN_HOST_SENSORS];
     const double *ts[RN_HOST_SENSORS], *z[RN_HOST_SENSORS];
     double *x, *sd, *P;
-    double *nu[RN_HOST_SENSORS], *s[RN_HOST_SENSORS], *nis[RN_HOST_SENSORS];
-    unsigned char *used[RN_HOST_SENSORS];
+    double *nu[RN_HOST_SENSORS], *s[RN_HOST_SENSORS], *nis[RN_HOST_SENSORS], *weight[RN_HOST_SENSORS];
 } rn_batch;
 
 typedef struct {
@@ -57,7 +58,7 @@ typedef struct {
     void (*load)(void *filter, const double *x, const double *P, double time, double elapsed); /* NULL: keep */
     void (*store)(const void *filter, double *x, double *P, double *time, double *elapsed);
     void (*predict)(void *filter, const double *u, double dt);
-    /* z by sensor, NULL where there is no reading; seen: per sensor nu (8), s (8), nis, used, or NULL */
+    /* z by sensor, NULL where there is no reading; seen: per sensor nu (8), s (8), nis, weight, or NULL */
     void (*correct)(void *filter, const double *const z[], double *const seen[]);
     /* rows [from, to) of the batch; the caller checks for interrupts between calls */
     void (*run)(void *filter, rn_batch *batch, size_t from, size_t to);

@@ -104,14 +104,20 @@ class Innovations:
 
     ``t`` (n,) s; ``z`` (n, m) measured minus predicted in the sensor's unit; ``s`` (n, m) their predicted variances,
     row after row as they were fused (NaN for constant-gain filters); ``nis`` (n,) = sum z^2 / s;
-    ``used`` (n,) False where a gate refused the reading or it was missing.
+    ``weight`` (n,) what a reading counted for: 1 in full, 0 refused, NaN missing.
     """
 
     t: Array
     z: Array
     s: Array
     nis: Array
-    used: BoolArray
+    weight: Array
+
+    @property
+    def used(self) -> BoolArray:
+        """Which readings (n,) moved the estimate."""
+        used: BoolArray = self.weight > 0
+        return used
 
 
 @dataclass(frozen=True)

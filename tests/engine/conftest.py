@@ -11,7 +11,7 @@ import pytest
 from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import SensorData
 from robustnav.model import Rotation
-from robustnav.models import AttitudeNoise, attitude, attitude_euler
+from robustnav.models import AidingNoise, AttitudeNoise, InertialNoise, attitude, attitude_euler, inertial, uwb
 from robustnav.run import EKF, H2, UKF, Start
 
 NOISE = AttitudeNoise(2e-2, 1e-3, 0.5, 0.02, 3e-3)
@@ -37,6 +37,10 @@ MODELS = {
     ),
     "pendulum": lambda: example("pendulum"),
     "range_bearing": lambda: example("range_bearing"),
+    "uwb_2d": lambda: uwb(range_sd=0.1, acceleration_density=0.5, dimensions=2, tag_down=-1.0, time_offset=0.1),
+    "uwb_3d": lambda: uwb(range_sd=0.1, acceleration_density=0.5, vertical_density=0.1),
+    "uwb_3d_driven": lambda: uwb(range_sd=0.1, acceleration_density=0.5, driven=True),
+    "inertial": lambda: inertial(InertialNoise(5e-3, 5e-2, 1e-4, 1e-3), AidingNoise(), earth_rate_n=(5e-5, 0, -3e-5)),
 }
 KINDS = {"ekf": EKF, "ukf": UKF, "fixed": lambda model: H2(model, 100.0, start_sd="steady", sets=4)}
 
@@ -48,8 +52,9 @@ def private_cache(tmp_path_factory):
         yield
 
 
-# no constant gain for the pendulum: at rest its damping cannot be seen
-CASES = [(m, k) for m in MODELS for k in KINDS if (m, k) != ("pendulum", "fixed")]
+# no constant gain for the pendulum, whose damping cannot be seen at rest, nor where the geometry varies
+VARYING = {"pendulum", "uwb_2d", "uwb_3d", "uwb_3d_driven", "inertial"}
+CASES = [(m, k) for m in MODELS for k in KINDS if k != "fixed" or m not in VARYING]
 
 
 @pytest.fixture(scope="session", params=CASES, ids="-".join)
@@ -83,7 +88,9 @@ def streams(model, x):
     sensors = []
     for j, sensor in enumerate(model.sensors):
         own = np.sort(np.r_[9.9, 9.95, t[1], t[2], t[2], t[20::7], rng.uniform(10, t[-1] + 0.1, 15), t[-1]])
-        z = functions.measure(j, x) + sensor.sd * rng.normal(size=(len(own), sensor.size))
+        known = rng.uniform(-8, 8, (len(own), sensor.width - sensor.size))
+        exact = np.array([functions.measure(j, x, k) for k in known])
+        z = np.hstack([exact + sensor.sd * rng.normal(size=exact.shape), known])
         z[[4, 9], 0] = np.nan
         sensors.append(SensorData(own, z))
     if len(sensors) > 1:
@@ -114,7 +121,7 @@ def same():
             if a is None:
                 continue
             np.testing.assert_array_equal(a.used, b.used)
-            for what in ("nu", "s", "nis"):
+            for what in ("nu", "s", "nis", "weight"):
                 close(getattr(a, what), getattr(b, what), f"{what} of sensor {j}")
 
     return check

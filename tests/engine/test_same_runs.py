@@ -9,6 +9,7 @@ from robustnav.engine import CompiledModel, KernelFilter, SensorData, compile_mo
 from robustnav.engine.reference import ReferenceFilter
 from robustnav.errors import InputError
 from robustnav.filter.ukf import Spread
+from robustnav.filter.weighting import Gate, Huber, StudentT
 from robustnav.model import NumericModel
 
 
@@ -23,7 +24,8 @@ def test_c_is_numpy(case, same):
     used = [one.used.sum() for one in expected.seen]
     assert all(20 < n <= len(d.t) - 4 for n, d in zip(used, case.sensors, strict=True))  # early, late and NaN: not used
     if case.model.prebuilt:
-        same(kernel(case, "float").run(case.t, case.u, case.sensors), expected, 3e-5)
+        tolerance = 3e-4 if case.model.name == "inertial" else 3e-5  # its position stands far from its start
+        same(kernel(case, "float").run(case.t, case.u, case.sensors), expected, tolerance)
 
 
 @pytest.mark.parametrize("kind", ["ekf", "ukf"])
@@ -31,11 +33,25 @@ def test_c_is_numpy_with_gates(plain, same, kind):
     case = plain(kind)
     readings = [SensorData(d.t, d.z.copy()) for d in case.sensors]
     readings[1].z[5::3] += 0.2  # half of the field: refused
-    case.setup = replace(case.setup, gates=np.array([9.0, 6.0]))
+    case.setup = replace(case.setup, rules=(Gate(9.0), Gate(6.0)))
     expected = ReferenceFilter(NumericModel(case.model), case.setup).run(case.t, case.u, readings)
     refused = np.isfinite(expected.seen[1].nis) & ~expected.seen[1].used
     assert 3 < refused.sum() < len(refused) - 10 and (expected.seen[1].nis[refused] > 6).all()
     same(kernel(case).run(case.t, case.u, readings), expected, 1e-12)
+
+
+@pytest.mark.parametrize("name", ["attitude", "uwb_3d"])
+@pytest.mark.parametrize("kind", ["ekf", "ukf"])
+@pytest.mark.parametrize("rule", [Huber(1.0), StudentT(3.0)])
+def test_c_is_numpy_with_soft_rules(plain, same, kind, name, rule):
+    case = plain(kind, name)
+    readings = [SensorData(d.t, d.z.copy()) for d in case.sensors]
+    readings[0].z[5::3, 0] += 4.0  # far off
+    case.setup = replace(case.setup, rules=(rule,) * len(readings))
+    expected = ReferenceFilter(NumericModel(case.model), case.setup).run(case.t, case.u, readings)
+    soft = expected.seen[0].weight[expected.seen[0].weight < 0.9]
+    assert 3 < len(soft) < len(expected.seen[0].weight) - 5 and (soft > 0).all()
+    same(kernel(case).run(case.t, case.u, readings), expected, 1e-11)
 
 
 def test_c_is_numpy_with_another_spread_of_points(plain, same):

@@ -5,12 +5,14 @@ import pytest
 
 from robustnav.errors import EstimatorError
 from robustnav.filter import ekf, ukf
+from robustnav.filter.ekf import EVERYTHING
 from robustnav.filter.steps import pack, unpack
 from robustnav.filter.ukf import Spread
+from robustnav.filter.weighting import Gate, Huber, StudentT
 
 STEPS = {
-    "ekf": lambda model, belief, z, gate=np.inf: ekf.update(model, 1, belief, z, gate),
-    "ukf": lambda model, belief, z, gate=np.inf: ukf.update(model, 1, belief, z, Spread(), gate),
+    "ekf": lambda model, belief, z, rule=EVERYTHING: ekf.update(model, 1, belief, z, rule),
+    "ukf": lambda model, belief, z, rule=EVERYTHING: ukf.update(model, 1, belief, z, Spread(), rule),
 }
 
 
@@ -22,18 +24,18 @@ def step(request):
 def test_the_gate_is_the_largest_accepted_nis(step, turning, belief):
     z = turning.measure(1, belief[0]) + np.array([0.3, -0.2, 0.4])
     nis = step(turning, belief, z)[2].nis
-    x, P, seen = step(turning, belief, z, 0.999 * nis)
+    x, P, seen = step(turning, belief, z, Gate(0.999 * nis))
     assert not seen.used and seen.nis == nis
     np.testing.assert_array_equal(x, belief[0])
     np.testing.assert_array_equal(P, belief[1])
-    assert step(turning, belief, z, 1.001 * nis)[2].used
+    assert step(turning, belief, z, Gate(1.001 * nis))[2].used
 
 
 @pytest.mark.parametrize("z", [[np.nan, 0, 0], [np.inf, 0, 0], [1e200, 0, 0]])
-@pytest.mark.parametrize("gate", [np.inf, 9.0])
+@pytest.mark.parametrize("rule", [Gate(), Gate(9.0), Huber(), StudentT()])
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
-def test_what_is_not_finite_is_never_used(step, turning, belief, z, gate):
-    x, P, seen = step(turning, belief, np.array(z), gate)
+def test_what_is_not_finite_is_never_used(step, turning, belief, z, rule):
+    x, P, seen = step(turning, belief, np.array(z), rule)
     assert not seen.used
     np.testing.assert_array_equal(x, belief[0])
     np.testing.assert_array_equal(P, belief[1])

@@ -81,10 +81,10 @@ static void call_each(const rn_host *host, const void *model, const rn_info *m, 
 {
     for (int sensor = -1; sensor <= m->nsensors; sensor++) {
         const int there = sensor >= 0 && sensor < m->nsensors;
-        const int size = there ? m->size[sensor] : 0, rows = there ? m->rows[sensor] : 0, n = m->ne, all = m->rows_total;
+        const int size = there ? m->size[sensor] : 0, width = there ? m->width[sensor] : 0, rows = there ? m->rows[sensor] : 0, n = m->ne, all = m->rows_total;
         const int in_sizes[RN_CALL_COUNT][4] = {{m->nx, m->nu, m->np, 0}, {m->nx, m->nu, m->nq, m->np}, {m->nx, n, 0, 0},
-                                                {m->nx, n, 0, 0},         {m->nx, m->nx, 0, 0},         {m->nx, m->np, 0, 0},
-                                                {m->nx, size, m->np, 0},  {m->nx, m->np, 0, 0},         {n * all, all, 0, 0}};
+                                                {m->nx, n, 0, 0},         {m->nx, m->nx, 0, 0},         {m->nx, width, m->np, 0},
+                                                {m->nx, width, m->np, 0}, {m->nx, width, m->np, 0},     {n * all, all, 0, 0}};
         const int out_sizes[RN_CALL_COUNT][2] = {{m->nx, 0}, {n * n, n * n}, {m->nx, 0},    {m->nx, 0}, {n, 0},
                                                  {size, 0},  {rows, 0},      {rows * n, 0}, {n, 0}};
         for (int what = 0; what < RN_CALL_COUNT; what++) {
@@ -112,7 +112,7 @@ static void call_each(const rn_host *host, const void *model, const rn_info *m, 
 
 typedef struct {
     rn_config config;
-    double *x, *P, *p, *q, *variance, *gate, *times, *gains;
+    double *x, *P, *p, *q, *variance, *limit, *times, *gains;
 } setup_t;
 
 static setup_t set_up(const void *model, const rn_info *m, int kind, double (*draw)(void))
@@ -124,17 +124,18 @@ static setup_t set_up(const void *model, const rn_info *m, int kind, double (*dr
                  .p = numbers((size_t)m->np, draw),
                  .q = numbers((size_t)m->nq, small_positive),
                  .variance = numbers(sensors, small_positive),
-                 .gate = numbers(sensors, zero),
+                 .limit = numbers(sensors, zero),
                  .times = numbers(2, zero),
                  .gains = numbers(2 * per_set, draw)};
     for (size_t i = 0, k = 0; i < n; k += n - i, i++) s.P[k] = 0.01;
-    for (size_t j = 0; j < sensors; j++) s.gate[j] = bits() % 2 ? (double)INFINITY : 20.0;
+    for (size_t j = 0; j < sensors; j++) s.limit[j] = bits() % 2 ? (double)INFINITY : 4.0;
     for (size_t k = 0; k < 2 * per_set; k++) s.gains[k] *= 1e-3;
     s.times[1] = 0.5;
     s.config = (rn_config){.model = model, .kind = kind, .x = s.x, .P = kind == RN_KIND_FIXED ? NULL : s.P,
-                           .p = s.p, .q = s.q, .variance = s.variance, .gate = s.gate,
+                           .p = s.p, .q = s.q, .variance = s.variance, .limit = s.limit,
                            .alpha = 1.0, .beta = 2.0, .kappa = 0.0,
                            .sets = kind == RN_KIND_FIXED ? 2 : 0, .times = s.times, .gains = s.gains};
+    for (size_t j = 0; j < sensors; j++) s.config.rule[j] = (int)(bits() % 3);
     return s;
 }
 
@@ -148,7 +149,7 @@ static void *make_filter(const rn_host *host, const setup_t *s)
 
 static void tear_down(setup_t *s)
 {
-    double *const all[] = {s->x, s->P, s->p, s->q, s->variance, s->gate, s->times, s->gains};
+    double *const all[] = {s->x, s->P, s->p, s->q, s->variance, s->limit, s->times, s->gains};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) free(all[i]);
 }
 
@@ -162,7 +163,7 @@ static void stream_hostile(const rn_host *host, const void *model, const rn_info
     for (int k = 0; k < STEPS; k++) {
         double *u = numbers((size_t)m->nu, hostile), *z[RN_HOST_SENSORS] = {NULL}, *seen[RN_HOST_SENSORS] = {NULL};
         for (int j = 0; j < m->nsensors; j++) {
-            if (bits() % 3) z[j] = numbers((size_t)m->size[j], hostile);
+            if (bits() % 3) z[j] = numbers((size_t)m->width[j], hostile);
             if (bits() % 2) seen[j] = numbers(2 * ROWS + 2, zero);
         }
         const double *given[RN_HOST_SENSORS];
@@ -214,14 +215,13 @@ static rn_batch new_batch(const rn_info *m, size_t n, double (*draw)(void), int 
         const size_t count = !kind && bits() % 4 == 0 ? 0 : n / 2 + bits() % 5;
         b.count[j] = count;
         b.ts[j] = times(count, 0.02, kind);
-        b.z[j] = numbers(count * (size_t)m->size[j], draw);
+        b.z[j] = numbers(count * (size_t)m->width[j], draw);
         if (!kind && bits() % 3 == 0) continue; /* nobody wants the innovations */
         const int rows = filter == RN_KIND_UKF ? m->size[j] : m->rows[j]; /* the unscented filter takes a reading whole */
         b.nu[j] = numbers(count * (size_t)rows, zero);
         b.s[j] = numbers(count * (size_t)rows, zero);
         b.nis[j] = numbers(count, zero);
-        b.used[j] = calloc(count ? count : 1, 1);
-        if (!b.used[j]) abort();
+        b.weight[j] = numbers(count, zero);
     }
     return b;
 }
@@ -238,7 +238,7 @@ static void free_batch(rn_batch *b)
         free(b->nu[j]);
         free(b->s[j]);
         free(b->nis[j]);
-        free(b->used[j]);
+        free(b->weight[j]);
     }
 }
 
@@ -246,8 +246,8 @@ static void check_batch(const rn_info *m, const rn_batch *b, int kind)
 {
     for (int j = 0; j < m->nsensors; j++) {
         check(b->next[j] <= b->count[j], m->name, "the loop went past a stream's end");
-        for (size_t k = 0; b->used[j] && k < b->count[j]; k++)
-            check(b->used[j][k] <= 1, m->name, "a used flag is neither 0 nor 1");
+        for (size_t k = 0; b->weight[j] && k < b->count[j]; k++)
+            check(b->weight[j][k] >= 0.0 && b->weight[j][k] <= 1.0, m->name, "a weight is not in [0, 1]");
     }
     if (kind) check(finite_all(b->x, b->n * (size_t)m->nx), m->name, "a sound batch gave a state that is not finite");
 }

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from robustnav.engine import SensorData, compile_model
 from robustnav.engine.backends import FilterSetup, KernelFilter, ReferenceFilter
 from robustnav.filter.ukf import Spread
+from robustnav.filter.weighting import Gate, Huber, StudentT
 from robustnav.model import Equations, Model, Noise, NumericModel, Rotation, Sensor, Vector
 
 COEFFICIENTS = st.sampled_from([-1.5, -0.4, 0.0, 0.0, 0.3, 1.0])
@@ -63,16 +64,16 @@ def models(draw):
 
 
 @settings(max_examples=8)
-@given(models(), st.integers(0, 99))
-def test_a_random_model_is_the_same_filter_in_c(model, seed):
+@given(models(), st.integers(0, 99), st.sampled_from([Gate(), Gate(4.0), Huber(), StudentT()]))
+def test_a_random_model_is_the_same_filter_in_c(model, seed, rule):
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.uniform(0, 0.05, 12))
     u = rng.normal(size=(12, model.input_size))
     sensors = [SensorData(t[1::2], 0.3 * rng.normal(size=(6, s.size))) for s in model.sensors]
     compiled, numeric = compile_model(model), NumericModel(model)
     for kind in ("ekf", "ukf"):
-        gates = np.full(len(sensors), np.inf)
-        setup = FilterSetup(kind, model.nominal_state(), model.start_covariance(), gates, Spread())
+        rules = (rule,) * len(sensors)
+        setup = FilterSetup(kind, model.nominal_state(), model.start_covariance(), rules, Spread())
         one, other = (f(m, setup).run(t, u, sensors) for f, m in ((KernelFilter, compiled), (ReferenceFilter, numeric)))
         np.testing.assert_allclose(one.x, other.x, rtol=1e-9, atol=1e-10)
         np.testing.assert_allclose(one.P, other.P, rtol=1e-8, atol=1e-10)

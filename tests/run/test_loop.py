@@ -8,6 +8,7 @@ import pytest
 from robustnav.engine import SensorData
 from robustnav.errors import EstimatorError, InputError
 from robustnav.filter.steps import unpack
+from robustnav.filter.weighting import Gate
 from robustnav.frames import matrix_from_quat, quat_from_euler
 from robustnav.model import Equations, Model, Noise, Sensor, Vector
 from robustnav.models import AttitudeNoise, attitude, attitude_euler
@@ -109,7 +110,7 @@ def test_a_broken_covariance_is_an_event():
     P[0, 0] = -1.0
     out = run(EKF(MODEL), LOG, Start(START.x, P))
     assert any("accel readings refused, the first at 0.000 s: broken covariance" in e for e in out.events)
-    gated = run(EKF(MODEL, gates={"mag": 1e-6}), LOG, START)
+    gated = run(EKF(MODEL, outliers={"mag": Gate(1e-6)}), LOG, START)
     assert not gated.innovations["mag"].used.any() and gated.events == ()  # a gate's refusal is data
 
 
@@ -176,12 +177,12 @@ def test_names_tell_the_filter_and_the_form():
 
 @pytest.mark.parametrize("kind", [EKF, UKF])
 def test_gates_are_by_sensor_and_above_zero(kind):
-    setup = kind(MODEL, gates={"mag": 11.3}).setup(START.x, START.P)
-    np.testing.assert_array_equal(setup.gates, [np.inf, 11.3])
+    setup = kind(MODEL, outliers={"mag": Gate(11.3)}).setup(START.x, START.P)
+    assert setup.rules == (Gate(), Gate(11.3))
     with pytest.raises(InputError, match="magnet"):
-        kind(MODEL, gates={"magnet": 9.0}).setup(START.x, START.P)
-    with pytest.raises(InputError, match="'mag'"):
-        kind(MODEL, gates={"mag": 0.0}).setup(START.x, START.P)
+        kind(MODEL, outliers={"magnet": Gate(9.0)}).setup(START.x, START.P)
+    with pytest.raises(InputError, match="gate"):
+        kind(MODEL, outliers={"mag": Gate(0.0)}).setup(START.x, START.P)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from robustnav.engine import _kernel
 from robustnav.errors import InputError
 from robustnav.frames import Array
 from robustnav.model.blocks import Model
+from robustnav.model.functions import NOTHING
 
 _PROPAGATE, _TRANSITION, _INJECT, _INJECT_TURNED, _DIFFERENCE, _MEASURE, _RESIDUAL, _JACOBIAN, GAIN = range(9)
 _NONE = -1
@@ -76,22 +77,29 @@ class CompiledModel:
         """Return e with a = b [+] e."""
         return self._one(_DIFFERENCE, (a, b), self.model.error_size)
 
-    def measure(self, sensor: int, x: Array) -> Array:
-        """Return what a sensor reads at ``x``."""
-        return self._one(_MEASURE, (x, self.parameters), self.model.sensors[sensor].size, sensor)
+    def measure(self, sensor: int, x: Array, known: Array = NOTHING) -> Array:
+        """Return what a sensor reads at ``x``; ``known`` travels with the reading."""
+        return self._one(_MEASURE, (x, self._reading(sensor, known), self.parameters), self._size(sensor), sensor)
 
     def residual(self, sensor: int, x: Array, z: Array) -> Array:
         """Return measured minus predicted, as the rows the sensor is fused as."""
         return self._one(_RESIDUAL, (x, z, self.parameters), self.rows[sensor], sensor)
 
-    def jacobian(self, sensor: int, x: Array) -> Array:
+    def jacobian(self, sensor: int, x: Array, known: Array = NOTHING) -> Array:
         """Return the Jacobian (rows, ne) of the predicted rows on the error."""
         n = self.model.error_size
-        return self._one(_JACOBIAN, (x, self.parameters), self.rows[sensor] * n, sensor).reshape(-1, n)
+        inputs = (x, self._reading(sensor, known), self.parameters)
+        return self._one(_JACOBIAN, inputs, self.rows[sensor] * n, sensor).reshape(-1, n)
 
     def gain(self, K: Array, r: Array) -> Array:
         """Return K r as the kernel computes it: over the entries that the model's structure allows."""
         return self._one(GAIN, (K.ravel(), r), self.model.error_size)
+
+    def _size(self, sensor: int) -> int:
+        return self.model.sensors[sensor].size
+
+    def _reading(self, sensor: int, known: Array) -> Array:
+        return np.concatenate([np.zeros(self._size(sensor)), known])
 
     def _one(self, what: int, inputs: tuple[Array, ...], size: int, sensor: int = _NONE, dt: float = 0.0) -> Array:
         out = np.empty(size)

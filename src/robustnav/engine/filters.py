@@ -13,6 +13,8 @@ from robustnav.engine.compiled import CompiledModel
 from robustnav.errors import InputError
 from robustnav.filter.steps import pack, unpack
 from robustnav.filter.ukf import Spread
+from robustnav.filter.weighting import KINDS as RULES
+from robustnav.filter.weighting import Rule
 from robustnav.frames import Array
 from robustnav.records import BoolArray
 
@@ -28,7 +30,7 @@ class FilterSetup:
     kind : ``ekf``, ``fixed`` (constant gain) or ``ukf``.
     x : start state (nx,).
     P : start covariance (ne, ne); None for a constant gain.
-    gates : largest accepted NIS by sensor (k,); infinity for none.
+    rules : what readings count for, by sensor.
     spread : of the unscented points.
     times, gains : of a constant gain: starts of the sets (s,) [s] and gains (s, 2^k - 1, ne, rows).
     """
@@ -36,7 +38,7 @@ class FilterSetup:
     kind: str
     x: Array
     P: Array | None
-    gates: Array
+    rules: tuple[Rule, ...]
     spread: Spread = field(default_factory=Spread)
     times: Array | None = None
     gains: Array | None = None
@@ -44,7 +46,7 @@ class FilterSetup:
 
 @dataclass(frozen=True)
 class SensorData:
-    """Readings of one sensor: times ``t`` (n,) [s] and values ``z`` (n, size)."""
+    """Readings of one sensor: times ``t`` (n,) [s] and readings ``z`` (n, width)."""
 
     t: Array
     z: Array
@@ -52,17 +54,23 @@ class SensorData:
 
 @dataclass(frozen=True)
 class SensorSeen:
-    """What the readings said: ``nu``, ``s`` (n, rows), ``nis`` (n,), ``used`` (n,); NaN where a reading was missing."""
+    """What the readings said: ``nu``, ``s`` (n, rows), ``nis``, ``weight`` (n,); NaN where a reading was missing."""
 
     nu: Array
     s: Array
     nis: Array
-    used: BoolArray
+    weight: Array
+
+    @property
+    def used(self) -> BoolArray:
+        """Which readings (n,) moved the estimate."""
+        used: BoolArray = self.weight > 0
+        return used
 
     @classmethod
     def empty(cls, n: int, rows: int) -> SensorSeen:
         """Return room for ``n`` readings, all missing."""
-        return cls(np.full((n, rows), np.nan), np.full((n, rows), np.nan), np.full(n, np.nan), np.zeros(n, bool))
+        return cls(np.full((n, rows), np.nan), np.full((n, rows), np.nan), np.full(n, np.nan), np.full(n, np.nan))
 
 
 @dataclass(frozen=True)
@@ -93,7 +101,8 @@ class KernelFilter:
             model.parameters,
             model.intensities,
             model.model.variances,
-            np.ascontiguousarray(setup.gates, float),
+            tuple(RULES[type(rule)] for rule in setup.rules),
+            np.array([rule.limit for rule in setup.rules], float),
             spread,
             None if setup.times is None else np.ascontiguousarray(setup.times, float),
             None if setup.gains is None else np.ascontiguousarray(setup.gains, float),
@@ -154,7 +163,7 @@ class KernelFilter:
                 continue
             kept = SensorSeen.empty(len(data.t), rows) if innovations else None
             seen.append(kept)
-            outputs = (kept.nu, kept.s, kept.nis, kept.used.view(np.uint8)) if kept else (None,) * 4
+            outputs = (kept.nu, kept.s, kept.nis, kept.weight) if kept else (None,) * 4
             arguments.append((np.ascontiguousarray(data.t), np.ascontiguousarray(data.z, float), *outputs))
         u = np.ascontiguousarray(u, float)
         if u.shape != (n, self.model.model.input_size):

@@ -52,7 +52,7 @@ class ReferenceFilter:
             raise InputError("update", got=f"{len(values)} arrays and dt = {dt}", expected="input, readings, dt >= 0")
         readings = {j: np.asarray(z, float) for j, z in enumerate(values[1:]) if z is not None}
         for j, z in readings.items():
-            size = self.model.model.sensors[j].size
+            size = self.model.model.sensors[j].width
             if z.shape != (size,):
                 raise InputError(self.model.model.sensors[j].name, got=f"shape {z.shape}", expected=f"{size} numbers")
         if dt > 0:
@@ -75,7 +75,7 @@ class ReferenceFilter:
         x_out, P_out = [], []
         rows = [s.size for s in self.model.model.sensors]
         if self.setup.kind != "ukf":
-            rows = [len(self.model.jacobian(j, self._x)) for j in range(len(sensors))]
+            rows = list(self.model.rows)
         seen = [SensorSeen.empty(len(d.t), m) if d else None for d, m in zip(sensors, rows, strict=True)]
         following = [0] * len(sensors)
         for now, value in zip(t, u, strict=True):
@@ -115,7 +115,7 @@ class ReferenceFilter:
                 kept = seen[j]
                 if kept is not None:
                     kept.nu[rows[j]], kept.s[rows[j]] = one.nu, one.s
-                    kept.nis[rows[j]], kept.used[rows[j]] = one.nis, one.used
+                    kept.nis[rows[j]], kept.weight[rows[j]] = one.nis, one.weight
             if at == now and not rows:
                 return
 
@@ -145,13 +145,13 @@ class ReferenceFilter:
             return out
         out = {}
         for j, z in readings.items():
-            belief, gate = (self._x, self._P), float(setup.gates[j])
+            belief, rule = (self._x, self._P), setup.rules[j]
             if setup.kind == "ukf":
                 try:
-                    self._x, self._P, out[j] = ukf.update(self.model, j, belief, z, setup.spread, gate)
+                    self._x, self._P, out[j] = ukf.update(self.model, j, belief, z, setup.spread, rule)
                 except EstimatorError:
-                    none = np.full(len(z), np.nan)
-                    out[j] = Seen(none, none, float("nan"), False)
+                    none = np.full(self.model.model.sensors[j].size, np.nan)
+                    out[j] = Seen(none, none, float("nan"), 0.0)
             else:
-                self._x, self._P, out[j] = ekf.update(self.model, j, belief, z, gate)
+                self._x, self._P, out[j] = ekf.update(self.model, j, belief, z, rule)
         return out

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from robustnav.filter.steps import Seen
+from robustnav.filter.weighting import Gate, Rule
 from robustnav.frames import Array
 from robustnav.model.functions import ModelFunctions
+
+EVERYTHING = Gate()
 
 
 def predict(model: ModelFunctions, x: Array, P: Array, u: Array, dt: float) -> tuple[Array, Array]:
@@ -17,7 +20,7 @@ def predict(model: ModelFunctions, x: Array, P: Array, u: Array, dt: float) -> t
 
 
 def update(
-    model: ModelFunctions, sensor: int, belief: tuple[Array, Array], z: Array, gate: float = np.inf
+    model: ModelFunctions, sensor: int, belief: tuple[Array, Array], z: Array, rule: Rule = EVERYTHING
 ) -> tuple[Array, Array, Seen]:
     """Fuse one reading of a sensor, row after row.
 
@@ -26,8 +29,8 @@ def update(
     model : the model's functions.
     sensor : its position in the model.
     belief : state x (nx,) and covariance P (ne, ne).
-    z : the reading (size,), finite.
-    gate : largest accepted sum of nu^2 / s; above it, or if it is not finite, the belief stays as it was.
+    z : the reading and what travels with it (width,), finite.
+    rule : what the reading counts for by its sum of nu^2 / s; with no weight the belief stays as it was.
 
     Returns
     -------
@@ -36,7 +39,7 @@ def update(
     """
     x, P = belief
     variance = model.model.variances[sensor]
-    rows, H = model.residual(sensor, x, z), model.jacobian(sensor, x)
+    rows, H = model.residual(sensor, x, z), model.jacobian(sensor, x, z[model.model.sensors[sensor].size :])
     dx, left, refused = np.zeros(len(P)), P.copy(), False
     nu, s = np.zeros(len(rows)), np.zeros(len(rows))
     for i, h in enumerate(H):
@@ -50,6 +53,8 @@ def update(
         dx = dx + gain * nu[i]
         left = left - np.outer(gain, PH)
     nis = float(np.sum(nu**2 / s))
-    if refused or not (nis <= gate and np.isfinite(nis)):
-        return x, P, Seen(nu, s, nis, False)
-    return model.inject(x, dx), (left + left.T) / 2, Seen(nu, s, nis, True)
+    weight = 0.0 if refused else rule.weight(nis, len(rows))
+    if not weight > 0:
+        return x, P, Seen(nu, s, nis, 0.0)
+    left = P + weight * (left - P)
+    return model.inject(x, weight * dx), (left + left.T) / 2, Seen(nu, s, nis, weight)

@@ -21,7 +21,7 @@ def correct(
     model : the model's functions.
     x : state (nx,).
     gain : K (ne, rows of all sensors) designed for the sensors present; columns of absent sensors do not matter.
-    readings : by position of the sensor in the model, finite readings (size,).
+    readings : by position of the sensor in the model, finite readings (width,).
 
     Returns
     -------
@@ -29,10 +29,10 @@ def correct(
     """
     parts, seen = [], {}
     for i in range(len(model.model.sensors)):
-        rows = len(model.jacobian(i, x))
+        rows = model.rows[i]
         if i in readings:
             r = model.residual(i, x, readings[i])
-            seen[i] = Seen(r, np.full(rows, np.nan), float("nan"), True)
+            seen[i] = Seen(r, np.full(rows, np.nan), float("nan"), 1.0)
         else:
             r = np.zeros(rows)
         parts.append(r)

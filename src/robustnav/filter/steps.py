@@ -14,13 +14,19 @@ class Seen:
     """A reading before it was used.
 
     ``nu`` (rows,): measured minus predicted; ``s`` (rows,): predicted variances, NaN for a constant gain;
-    ``nis``: sum of nu^2 / s (or nu' S^-1 nu); ``used``: False when a gate or a broken covariance refused it.
+    ``nis``: sum of nu^2 / s (or nu' S^-1 nu); ``weight``: what it counted for, 0 when a rule or a broken covariance
+    refused it.
     """
 
     nu: Array
     s: Array
     nis: float
-    used: bool
+    weight: float
+
+    @property
+    def used(self) -> bool:
+        """Whether it moved the estimate."""
+        return self.weight > 0
 
 
 def pack(P: Array) -> Array:

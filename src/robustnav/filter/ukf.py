@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robustnav.errors import EstimatorError, InputError
+from robustnav.filter.ekf import EVERYTHING
 from robustnav.filter.steps import Seen
+from robustnav.filter.weighting import Rule
 from robustnav.frames import Array
 from robustnav.model.functions import ModelFunctions, innovation
 
@@ -65,7 +67,7 @@ def predict(
 
 
 def update(
-    model: ModelFunctions, sensor: int, belief: tuple[Array, Array], z: Array, spread: Spread, gate: float = np.inf
+    model: ModelFunctions, sensor: int, belief: tuple[Array, Array], z: Array, spread: Spread, rule: Rule = EVERYTHING
 ) -> tuple[Array, Array, Seen]:
     """Fuse one reading of a sensor; parameters and result as in ``ekf.update``, with s the diagonal of S.
 
@@ -75,7 +77,8 @@ def update(
     x, P = belief
     distance, w_mean, w_cov = spread.weights(len(P))
     offsets, points = _points(model, x, P, distance)
-    centre = model.measure(sensor, points[0])
+    known = z[model.model.sensors[sensor].size :]
+    centre = np.concatenate([model.measure(sensor, points[0], known), known])
     below = np.array([innovation(model, sensor, point, centre) for point in points])  # how far below the centre's
     mean = w_mean @ below
     nu, apart = innovation(model, sensor, points[0], z) + mean, below - mean
@@ -83,8 +86,9 @@ def update(
     cross = -offsets.T @ (w_cov[:, None] * apart)  # falls as the prediction rises
     gain = np.linalg.solve(S, cross.T).T
     nis = float(nu @ np.linalg.solve(S, nu))
-    seen = Seen(nu, np.diag(S).copy(), nis, bool(nis <= gate and np.isfinite(nis)))
+    weight = rule.weight(nis, len(nu))
+    seen = Seen(nu, np.diag(S).copy(), nis, weight if weight > 0 else 0.0)
     if not seen.used:
         return x, P, seen
-    P = P - gain @ S @ gain.T
-    return model.inject(x, gain @ nu), (P + P.T) / 2, seen
+    P = P - weight * gain @ S @ gain.T
+    return model.inject(x, weight * gain @ nu), (P + P.T) / 2, seen

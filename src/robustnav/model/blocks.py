@@ -77,7 +77,8 @@ class Noise:
 class Sensor:
     """A sensor's reading: ``size`` numbers in ``unit`` with white noise ``sd`` a sample.
 
-    ``wraps`` marks an angle [rad] whose residual is taken into [-pi, pi).
+    ``wraps`` marks an angle [rad] whose residual is taken into [-pi, pi).  ``known`` vectors travel with every reading,
+    behind its numbers: where the anchor of a range stands, where the tag sits on the body.
     """
 
     name: str
@@ -85,6 +86,12 @@ class Sensor:
     sd: float
     size: int = 3
     wraps: bool = False
+    known: tuple[Vector, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Numbers in a reading with what travels with it."""
+        return self.size + sum(k.size for k in self.known)
 
 
 @dataclass(frozen=True)
@@ -161,18 +168,20 @@ class Model:
     def _check_sizes(self) -> None:
         if not self.state:
             raise InputError(f"model {self.name!r}", got="no state", expected="at least one block")
-        parts: Sequence[Any] = (*self.state, *self.inputs, *self.noises, *self.sensors)
-        for part in parts:
+        for part in self._parts:
             if part.size < 1:
                 raise InputError(
                     f"{part.name!r} of model {self.name!r}", got=f"size {part.size}", expected="at least 1"
                 )
             if part in self.state and part.frame == "b" and part.size != 3:
                 raise InputError(f"body vector {part.name!r}", got=f"size {part.size}", expected="three numbers")
-        unknown = sorted(set(self.nominal) - {b.name for b in (*self.state, *self.inputs)})
+        known = [k for s in self.sensors for k in s.known]
+        unknown = sorted(set(self.nominal) - {b.name for b in (*self.state, *self.inputs, *known)})
         if unknown:
             raise InputError(
-                f"nominal of model {self.name!r}", got=", ".join(unknown), expected="names of state blocks and inputs"
+                f"nominal of model {self.name!r}",
+                got=", ".join(unknown),
+                expected="names of state blocks, inputs and known vectors",
             )
 
     def _check_numbers(self) -> None:
@@ -203,9 +212,13 @@ class Model:
 
     @property
     def block_names(self) -> list[str]:
-        """Names of state blocks, inputs, noises, sensors and parameters."""
-        parts: Sequence[Any] = (*self.state, *self.inputs, *self.noises, *self.sensors)
-        return [p.name for p in parts] + list(self.parameters)
+        """Names of state blocks, inputs, noises, sensors, what travels with their readings, and parameters."""
+        return [p.name for p in self._parts] + list(self.parameters)
+
+    @property
+    def _parts(self) -> Sequence[Any]:
+        known = [k for s in self.sensors for k in s.known]
+        return (*self.state, *self.inputs, *self.noises, *self.sensors, *known)
 
     @property
     def state_size(self) -> int:
@@ -271,6 +284,17 @@ class Model:
         """Return the input (nu,) constant gains are designed at."""
         parts = [np.broadcast_to(np.asarray(self.nominal.get(b.name, 0.0), float), b.size) for b in self.inputs]
         return np.concatenate(parts) if parts else np.zeros(0)
+
+    def nominal_known(self, sensor: int) -> Array:
+        """Return what travels with a reading at the nominal point; ``InputError`` if ``nominal`` does not say."""
+        parts = [np.zeros(0)]
+        for block in self.sensors[sensor].known:
+            if block.name not in self.nominal:
+                raise InputError(
+                    f"nominal of model {self.name!r}", got=f"no {block.name!r}", expected="the geometry to design for"
+                )
+            parts.append(np.broadcast_to(np.asarray(self.nominal[block.name], float), block.size))
+        return np.concatenate(parts)
 
     def start_covariance(self, sd: Mapping[str, ArrayLike] | None = None) -> Array:
         """Return the diagonal start covariance (ne, ne) of ``sd`` by block, ``start_sd`` where not given."""

@@ -87,10 +87,11 @@ class _Check:
         self.directions = set(derivation.directions)
         self.scale = _error_scale(model)
         self.worst: dict[str, float] = {}
+        self._rng = np.random.default_rng(0)
         self.findings: list[str] = []
 
     def run(self, samples: int, seed: int) -> ModelCheck:
-        rng = np.random.default_rng(seed)
+        rng = self._rng = np.random.default_rng(seed)
         for x, u in self._states(samples, rng):
             self._jacobians(x, u)
             self._transition(x, u)
@@ -120,6 +121,10 @@ class _Check:
                 q = rng.normal(size=4)
                 away[self.model.state_slices[rotation.name]] = q / np.linalg.norm(q)
             yield away, u + rng.normal(size=len(u))
+
+    def _known(self, sensor: int) -> Array:
+        """Draw what travels with a reading: anchors and lever arms anywhere within metres."""
+        return 5.0 * self._rng.normal(size=sum(k.size for k in self.model.sensors[sensor].known))
 
     def _error_growth(self, x: Array, u: Array, e: Array, w: Array) -> Array:
         """Return d/dt of the error that is e now, from the rates of both states and nothing else."""
@@ -151,13 +156,14 @@ class _Check:
             part = slice(start, start := start + noise.size)
             self._keep("G", G[:, part] @ G[:, part].T, G_seen[:, part] @ G_seen[:, part].T, np.ones(n))
         for j, sensor in enumerate(self.model.sensors):
-            z = numeric.measure(j, x)
+            known = self._known(j)
+            z = np.concatenate([numeric.measure(j, x, known), known])
 
             def predicted(e: Array, j: int = j, z: Array = z) -> Array:
                 return -numeric.residual(j, numeric.inject(x, e), z)
 
             H = _differences(predicted, 1e-4 * self.scale)
-            self._keep(f"H of {sensor.name}", numeric.jacobian(j, x), H, self.scale)
+            self._keep(f"H of {sensor.name}", numeric.jacobian(j, x, known), H, self.scale)
 
     def _transition(self, x: Array, u: Array) -> None:
         numeric, dt = self.numeric, self.dt
@@ -201,10 +207,9 @@ class _Check:
             self._keep("turned body", expected, turned[rows], np.ones(1), f"rate of {block.name}")
         for j, sensor in enumerate(model.sensors):
             if sensor.name in self.directions:
-                expected = S.T @ numeric.measure(j, x)
-                self._keep(
-                    "turned body", expected, numeric.measure(j, x_turned), np.ones(1), f"direction of {sensor.name}"
-                )
+                known = self._known(j)
+                expected, found = S.T @ numeric.measure(j, x, known), numeric.measure(j, x_turned, known)
+                self._keep("turned body", expected, found, np.ones(1), f"direction of {sensor.name}")
 
     def _keep(self, what: str, claimed: Array, found: Array, columns: Array, part: str = "") -> None:
         """Keep the largest deviation, each row relative to its own size, columns weighed by the size of errors."""
@@ -236,7 +241,11 @@ class _Check:
         model, n = self.model, self.model.error_size
         x, u = model.nominal_state(), model.nominal_input()
         growth = (self.numeric.transition(x, u, self.dt)[0] - np.eye(n)) / self.dt  # powers span those of F
-        rows = [self.numeric.jacobian(j, x) / s.sd for j, s in enumerate(model.sensors)]
+        rows = [
+            self.numeric.jacobian(j, x, self._known(j)) / s.sd
+            for j, s in enumerate(model.sensors)
+            for _ in range(n if s.known else 1)  # what travels with readings differs from one to the next
+        ]
         block = np.vstack([*rows, np.zeros((1, n))]) * self.scale
         growth = growth * self.scale / self.scale[:, None]
         blocks = []

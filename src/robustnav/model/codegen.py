@@ -47,7 +47,7 @@ class _Generator:
             **{f"e_{i}": f"e[{i}]" for i in range(self.n)},
             **{f"a_{i}": f"a[{i}]" for i in range(model.state_size)},
             **{f"b_{i}": f"b[{i}]" for i in range(model.state_size)},
-            **{f"z_{i}": f"z[{i}]" for i in range(sum(s.size for s in model.sensors))},
+            **{f"z_{i}": f"z[{i}]" for i in range(sum(s.width for s in model.sensors))},
             **{
                 f"K_{i}": f"K[{i}]"
                 for i in range(self.n * sum(len(self.derivation.rows(s.name)) for s in model.sensors))
@@ -87,6 +87,12 @@ class _Generator:
             lines.append(f" *   u[{start}..{start + block.size - 1}]  {block.name} [{block.unit}]")
             start += block.size
         lines += [f" *   p[{i}]  {name}" for i, name in enumerate(self.model.parameters)]
+        for sensor in self.model.sensors:
+            lines.append(f" *   reading {sensor.name}: z[0..{sensor.size - 1}] [{sensor.unit}]")
+            start = sensor.size
+            for block in sensor.known:
+                lines.append(f" *     z[{start}..{start + block.size - 1}]  {block.name} [{block.unit}]")
+                start += block.size
         lines += [f" *   q[{i}]  intensity of {n.name} [({n.unit})^2]" for i, n in enumerate(self.model.noises)]
         return "\n".join(lines) + " */\n"
 
@@ -99,7 +105,7 @@ class _Generator:
         whole = "\n".join(lines)
         arguments = re.findall(r"(\w+)(?:,|$)", signature)
         unused = [f"RN_UNUSED({a});" for a in arguments if not re.search(rf"\b{a}\b", whole)]
-        kind = "int" if any(line.startswith("return") for line in tail) else "void"
+        kind = "real" if any(line.startswith("return") for line in tail) else "void"
         head = f"RN_INLINE {kind} rn_{self.model.name}_{name}({signature})\n{{\n"
         return head + "".join(f"    {line}\n" for line in [*unused, *lines]) + "}\n"
 
@@ -193,11 +199,21 @@ class _Generator:
             if sensor.wraps:
                 r = [se.Function("rn_wrap")(e) for e in r]
         keep = self.derivation.rows(sensor.name)
-        return [r[i] for i in keep], [H[i] for i in keep]
+        at = self._travelling(sensor, first)
+        return [r[i].subs(at) for i in keep], [[se.sympify(e).subs(at) for e in H[i]] for i in keep]
+
+    def _travelling(self, sensor: Sensor, first: int = 0) -> dict[Any, Any]:
+        """Return where what travels with a reading stands behind its numbers."""
+        import symengine as se
+
+        start = first + sensor.size
+        return {s: se.Symbol(f"z_{start + i}") for i, s in enumerate(self.derivation.known[sensor.name])}
 
     def _measure(self, sensor: Sensor) -> str:
-        outputs = [(f"h[{i}]", e) for i, e in enumerate(self.derivation.h[sensor.name])]
-        return self._function(f"measure_{sensor.name}", "const real *x, const real *p, real *h", Program(), outputs)
+        at = self._travelling(sensor)
+        outputs = [(f"h[{i}]", e.subs(at)) for i, e in enumerate(self.derivation.h[sensor.name])]
+        signature = "const real *x, const real *z, const real *p, real *h"
+        return self._function(f"measure_{sensor.name}", signature, Program(), outputs)
 
     def _residual(self, sensor: Sensor) -> str:
         r, _ = self._rows(sensor)
@@ -207,14 +223,14 @@ class _Generator:
 
     def _jacobian(self, sensor: Sensor) -> str:
         _, H = self._rows(sensor)
-        signature = "const real *x, const real *p, real *H"
+        signature = "const real *x, const real *z, const real *p, real *H"
         return self._function(f"jacobian_{sensor.name}", signature, Program(), _store("H", H))
 
     def _innovation(self, sensor: Sensor) -> str:
         import symengine as se
 
-        h = self.derivation.h[sensor.name]
-        r = [se.Symbol(f"z_{i}") - e for i, e in enumerate(h)]
+        at = self._travelling(sensor)
+        r = [se.Symbol(f"z_{i}") - e.subs(at) for i, e in enumerate(self.derivation.h[sensor.name])]
         if sensor.wraps:
             r = [se.Function("rn_wrap")(e) for e in r]
         signature = "const real *x, const real *z, const real *p, real *r"
@@ -240,12 +256,14 @@ class _Generator:
             columns = [j for j in range(n) if row_names[j]]
             tail += _scalar_row(i, columns, n)
         tail += [
-            "if (refused || !(*nis <= gate && *nis < (real)INFINITY)) return 0;",
+            f"const real weight = refused ? R(0.0) : rn_weight(rule, *nis, R({len(r)}.0));",
+            "if (!(weight > R(0.0))) return R(0.0);",
+            f"if (weight < R(1.0)) rn_soften(L, P, {packed_size}, dx, {n}, weight);",
             "memcpy(P, L, sizeof L);",
             f"rn_{self.model.name}_inject(x, dx);",
-            "return 1;",
+            "return weight;",
         ]
-        given = "real *x, real *P, const real *z, real variance, real gate, const real *p"
+        given = "real *x, real *P, const real *z, real variance, RN(rule) rule, const real *p"
         return self._function(f"update_{sensor.name}", f"{given}, real *nu, real *s, real *nis", program, outputs, tail)
 
     def _gain(self) -> str:
@@ -262,7 +280,7 @@ class _Generator:
         program, residuals, first = Program(), [], 0
         for sensor in self.model.sensors:
             residuals += self._rows(sensor, first)[0]
-            first += sensor.size
+            first += sensor.width
         r = program.let_all("r", residuals)
         error = [
             program.let(f"de_{i}", sum(se.Symbol(f"K_{i * len(r) + j}") * v for j, v in enumerate(r) if pattern[j]))
@@ -277,7 +295,7 @@ class _Generator:
         m, name = self.model, self.model.name
         own = ("measure", "residual", "jacobian", "innovation", "update")
         sensors = ",\n".join(
-            f'    {{"{s.name}", {s.size}, {len(self._rows(s)[0])}, '
+            f'    {{"{s.name}", {s.size}, {s.width}, {len(self._rows(s)[0])}, '
             f"{', '.join(f'rn_{name}_{function}_{s.name}' for function in own)}}}"
             for s in m.sensors
         )

@@ -84,6 +84,13 @@ class Derivation:
             entries[name] = sp.Symbol(f"p_{name}", real=True)
         self.x, self.u, self.w = columns["s"], columns["u"], columns["w"]
         self.p = [se.Symbol(f"p_{name}") for name in model.parameters]
+        self.known: dict[str, Exprs] = {}
+        for sensor in model.sensors:
+            self.known[sensor.name] = []
+            for block in sensor.known:
+                symbols = [sp.Symbol(f"k_{block.name}_{i}", real=True) for i in range(block.size)]
+                entries[block.name] = sp.Matrix(symbols)
+                self.known[sensor.name] += [se.Symbol(str(s)) for s in symbols]
         equations = model.equations(Symbols(entries))
         self._check_names(equations)
         self.rates = self._collect("rate", equations.rates, {b.name: b.error_size for b in model.state})
@@ -101,7 +108,7 @@ class Derivation:
             )
 
     def _collect(self, what: str, given: Any, sizes: dict[str, int]) -> dict[str, Exprs]:
-        known = {*self.x, *self.p, *([*self.u, *self.w] if what == "rate" else [])}
+        shared = {*self.x, *self.p, *([*self.u, *self.w] if what == "rate" else [])}
         out = {}
         for name, size in sizes.items():
             if name not in given:
@@ -110,9 +117,10 @@ class Derivation:
             place = f"{what} of {name!r} in model {self.model.name!r}"
             if len(values) != size:
                 raise InputError(place, got=f"{len(values)} expressions", expected=f"{size}")
-            strange = sorted({str(s) for e in values for s in e.free_symbols - known})
+            own = {*self.known.get(name, [])} if what != "rate" else set()
+            strange = sorted({str(s) for e in values for s in e.free_symbols - shared - own})
             if strange:
-                allowed = "state, input, noise and parameters" if what == "rate" else "state and parameters"
+                allowed = "state, input, noise and parameters" if what == "rate" else "state, parameters and its known"
                 raise InputError(place, got=f"the symbol {', '.join(strange)}", expected=f"only the model's {allowed}")
             out[name] = values
         return out

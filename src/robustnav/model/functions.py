@@ -6,6 +6,7 @@ symbolic model, ``robustnav.engine.CompiledModel`` from the generated C.  Both g
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,11 +16,14 @@ from robustnav.frames import Array, matrix_from_quat, quat_conjugate, quat_multi
 from robustnav.model.blocks import Model, Rotation
 from robustnav.model.derive import Derivation
 
+NOTHING: Array = np.zeros(0)
+
 
 class ModelFunctions(Protocol):
     """A model with its numbers bound: x is the state (nx,), e an error (ne,), u an input (nu,)."""
 
     model: Model
+    rows: Sequence[int]  # scalar rows each sensor is fused as
 
     def propagate(self, x: Array, u: Array, dt: float) -> Array:
         """Return the state after ``dt`` seconds of input ``u``."""
@@ -36,20 +40,21 @@ class ModelFunctions(Protocol):
     def difference(self, a: Array, b: Array) -> Array:
         """Return e with a = b [+] e."""
 
-    def measure(self, sensor: int, x: Array) -> Array:
-        """Return what a sensor reads at ``x``."""
+    def measure(self, sensor: int, x: Array, known: Array = NOTHING) -> Array:
+        """Return what a sensor reads at ``x``; ``known`` travels with the reading."""
 
     def residual(self, sensor: int, x: Array, z: Array) -> Array:
-        """Return measured minus predicted, as the rows a sensor is fused as."""
+        """Return measured minus predicted of a whole reading ``z`` (width,), as the rows a sensor is fused as."""
 
-    def jacobian(self, sensor: int, x: Array) -> Array:
+    def jacobian(self, sensor: int, x: Array, known: Array = NOTHING) -> Array:
         """Return the Jacobian (rows, ne) of the predicted rows on the error."""
 
 
 def innovation(model: ModelFunctions, sensor: int, x: Array, z: Array) -> Array:
     """Return measured minus predicted in the sensor's own axes (size,), angles taken into [-pi, pi)."""
-    r = np.asarray(z, float) - model.measure(sensor, x)
-    return wrap_angle(r) if model.model.sensors[sensor].wraps else r
+    one = model.model.sensors[sensor]
+    r = np.asarray(z[: one.size], float) - model.measure(sensor, x, z[one.size :])
+    return wrap_angle(r) if one.wraps else r
 
 
 class NumericModel:
@@ -71,14 +76,16 @@ class NumericModel:
         A, G = derivation.error_rate()
         self._constant = derivation.constant
         self._A, self._G = evaluator(symbols, A), evaluator(symbols, G)
-        self._h = [evaluator(symbols, derivation.h[s.name]) for s in model.sensors]
+        seen = [[derivation.x, derivation.known[s.name], derivation.p] for s in model.sensors]
+        self._h = [evaluator(v, derivation.h[s.name]) for s, v in zip(model.sensors, seen, strict=True)]
         self._v = [
-            evaluator(symbols, derivation.directions[s.name]) if derivation.in_navigation(s.name) else None
-            for s in model.sensors
+            evaluator(v, derivation.directions[s.name]) if derivation.in_navigation(s.name) else None
+            for s, v in zip(model.sensors, seen, strict=True)
         ]
-        self._H = [evaluator(symbols, derivation.on_error(derivation.h[s.name])) for s in model.sensors]
+        H = [derivation.on_error(derivation.h[s.name]) for s in model.sensors]
+        self._H = [evaluator(v, one) for v, one in zip(seen, H, strict=True)]
         self._rows = [derivation.rows(s.name) for s in model.sensors]
-        self._no_input = np.zeros(model.input_size)
+        self.rows: Sequence[int] = [len(r) for r in self._rows]
 
     def propagate(self, x: Array, u: Array, dt: float) -> Array:
         """Return the state after ``dt`` seconds: the midpoint rule on the manifold."""
@@ -147,34 +154,35 @@ class NumericModel:
                 out[columns] = a[rows] - b[rows]
         return out
 
-    def measure(self, sensor: int, x: Array) -> Array:
-        """Return what a sensor reads at ``x``."""
-        return self._h[sensor](x, self._no_input, self._parameters)
+    def measure(self, sensor: int, x: Array, known: Array = NOTHING) -> Array:
+        """Return what a sensor reads at ``x``; ``known`` travels with the reading."""
+        return self._h[sensor](x, known, self._parameters)
 
     def residual(self, sensor: int, x: Array, z: Array) -> Array:
         """Return measured minus predicted; direction sensors in navigation axes, without rows that see nothing."""
-        v = self._direction(sensor, x)
+        size = self.model.sensors[sensor].size
+        v = self._direction(sensor, x, z[size:])
         if v is None:
             own: Array = innovation(self, sensor, x, z)[self._rows[sensor]]
             return own
         rotation = self.model.rotation
         q_nb = x[self.model.state_slices[rotation.name]] if rotation else x
-        rows: Array = (matrix_from_quat(q_nb) @ z - v)[self._rows[sensor]]
+        rows: Array = (matrix_from_quat(q_nb) @ z[:size] - v)[self._rows[sensor]]
         return rows
 
-    def jacobian(self, sensor: int, x: Array) -> Array:
+    def jacobian(self, sensor: int, x: Array, known: Array = NOTHING) -> Array:
         """Return the Jacobian (rows, ne) of the predicted rows on the error."""
-        v = self._direction(sensor, x)
+        v = self._direction(sensor, x, known)
         if v is None:
-            return self._H[sensor](x, self._no_input, self._parameters)[self._rows[sensor]]
+            return self._H[sensor](x, known, self._parameters)[self._rows[sensor]]
         H = np.zeros((3, self.model.error_size))
         if self.model.rotation is not None:
             H[:, self.model.error_slices[self.model.rotation.name]] = skew(v)
         return H[self._rows[sensor]]
 
-    def _direction(self, sensor: int, x: Array) -> Array | None:
+    def _direction(self, sensor: int, x: Array, known: Array) -> Array | None:
         evaluate = self._v[sensor]
-        return None if evaluate is None else evaluate(x, self._no_input, self._parameters)
+        return None if evaluate is None else evaluate(x, known, self._parameters)
 
     def _rate_slice(self, rotation: Rotation) -> slice:
         return self.model.error_slices[rotation.name]  # a body rate has as many numbers as the error

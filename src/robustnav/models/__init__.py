@@ -3,5 +3,7 @@
 from robustnav.models.attitude import attitude
 from robustnav.models.attitude_euler import attitude_euler
 from robustnav.models.attitude_noise import AttitudeNoise
+from robustnav.models.inertial import AidingNoise, InertialNoise, inertial
+from robustnav.models.uwb import uwb
 
-__all__ = ["AttitudeNoise", "attitude", "attitude_euler"]
+__all__ = ["AidingNoise", "AttitudeNoise", "InertialNoise", "attitude", "attitude_euler", "inertial", "uwb"]

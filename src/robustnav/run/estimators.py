@@ -14,7 +14,9 @@ from robustnav.design.schedule import GainTable, SensorRows, Startup, Turning, g
 from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import FilterSetup
 from robustnav.errors import InputError
+from robustnav.filter.ekf import EVERYTHING
 from robustnav.filter.ukf import Spread
+from robustnav.filter.weighting import Rule
 from robustnav.frames import Array
 from robustnav.model.blocks import Model
 
@@ -23,13 +25,10 @@ def _form(model: Model) -> str:
     return "-euler" if model.name == "attitude_euler" else ""
 
 
-def _gates(model: Model, gates: Mapping[str, float]) -> Array:
-    out = np.full(len(model.sensors), np.inf)
-    for name, value in gates.items():
-        if not value > 0:
-            raise InputError(f"gate of {name!r}", got=str(value), expected="a largest accepted NIS above zero")
-        out[model.sensor_index(name)] = value
-    return out
+def _rules(model: Model, outliers: Mapping[str, Rule]) -> tuple[Rule, ...]:
+    for name in outliers:
+        model.sensor_index(name)
+    return tuple(outliers.get(s.name, EVERYTHING) for s in model.sensors)
 
 
 @dataclass(frozen=True)
@@ -39,11 +38,11 @@ class EKF:
     Parameters
     ----------
     model : the model, with its noise.
-    gates : by sensor name, the largest accepted NIS (sum of squared normalised innovations); absent: none.
+    outliers : by sensor name, what a reading far off counts for: ``Gate``, ``Huber`` or ``StudentT``; absent: as any.
     """
 
     model: Model
-    gates: Mapping[str, float] = field(default_factory=dict)
+    outliers: Mapping[str, Rule] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -52,7 +51,7 @@ class EKF:
 
     def setup(self, x: Array, P: Array) -> FilterSetup:
         """Return what a filter is started with: state (nx,) and covariance (ne, ne)."""
-        return FilterSetup("ekf", x, P, _gates(self.model, self.gates))
+        return FilterSetup("ekf", x, P, _rules(self.model, self.outliers))
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class UKF:
 
     model: Model
     spread: Spread = field(default_factory=Spread)
-    gates: Mapping[str, float] = field(default_factory=dict)
+    outliers: Mapping[str, Rule] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -70,7 +69,7 @@ class UKF:
 
     def setup(self, x: Array, P: Array) -> FilterSetup:
         """Return what a filter is started with."""
-        return FilterSetup("ukf", x, P, _gates(self.model, self.gates), self.spread)
+        return FilterSetup("ukf", x, P, _rules(self.model, self.outliers), self.spread)
 
 
 class H2:
@@ -120,10 +119,10 @@ class H2:
         x, u = model.nominal_state(), model.nominal_input()
         F, Q = functions.transition(x, u, 1.0 / rate_hz)
         rates = dict(sensor_rates_hz or {})
-        sensors = [
-            SensorRows(s.name, functions.jacobian(i, x), s.sd**2, _every(s.name, rates.pop(s.name, rate_hz), rate_hz))
-            for i, s in enumerate(model.sensors)
-        ]
+        sensors = []
+        for i, s in enumerate(model.sensors):
+            every = _every(s.name, rates.pop(s.name, rate_hz), rate_hz)
+            sensors.append(SensorRows(s.name, functions.jacobian(i, x, model.nominal_known(i)), s.sd**2, every))
         if rates:
             raise InputError("sensor_rates_hz", got=", ".join(rates), expected=", ".join(s.name for s in model.sensors))
         self.table: GainTable = gain_table(F, Q, sensors, 1.0 / rate_hz, startup)
@@ -141,8 +140,7 @@ class H2:
 
     def setup(self, x: Array, P: Array | None = None) -> FilterSetup:
         """Return what a filter is started with; the covariance is the design's, so ``P`` is not used."""
-        none = np.full(len(self.model.sensors), np.inf)
-        return FilterSetup("fixed", x, None, none, times=self.table.times, gains=self.table.gains)
+        return FilterSetup("fixed", x, None, _rules(self.model, {}), times=self.table.times, gains=self.table.gains)
 
     def covariance_at(self, elapsed: Array) -> Array:
         """Return the designed covariance (n, ne, ne) at times since the start (n,) [s], body vectors in n axes."""

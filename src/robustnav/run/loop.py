@@ -83,7 +83,7 @@ def run(
     output = running.run(t, u, sensors)
     state = {name: output.x[:, part] for name, part in model.state_slices.items()}
     innovations = {
-        s.name: Innovations(d.t, seen.nu, seen.s, seen.nis, seen.used)
+        s.name: Innovations(d.t, seen.nu, seen.s, seen.nis, seen.weight)
         for s, d, seen in zip(model.sensors, sensors, output.seen, strict=True)
         if d is not None and seen is not None
     }
@@ -155,9 +155,12 @@ def _readings(model: Model, j: int, log: Log) -> SensorData | None:
     if sensor.name not in log.streams or not len(log.streams[sensor.name]):
         return None
     one = log.streams[sensor.name]
-    if one.values.shape[1] != sensor.size:
+    if one.values.shape[1] != sensor.width:
         got = f"{one.values.shape[1]} columns"
-        raise InputError(f"stream {sensor.name!r}", place=log.source, got=got, expected=f"{sensor.size}")
+        columns = ", ".join([f"{sensor.size} of {sensor.name}", *(f"{k.size} of {k.name}" for k in sensor.known)])
+        raise InputError(
+            f"stream {sensor.name!r}", place=log.source, got=got, expected=f"{sensor.width} columns: {columns}"
+        )
     return SensorData(one.t, one.values)
 
 

@@ -31,7 +31,7 @@ def plant_of(model: Model, rate_hz: float) -> Plant:
     functions, x = functions_of(model), model.nominal_state()
     n = model.error_size
     F, Q = functions.transition(x, model.nominal_input(), 1.0)
-    H = [functions.jacobian(j, x) for j in range(len(model.sensors))]
+    H = [functions.jacobian(j, x, model.nominal_known(j)) for j in range(len(model.sensors))]
     sd = np.concatenate([np.full(len(h), np.sqrt(v / rate_hz)) for h, v in zip(H, model.variances, strict=True)])
     values, vectors = np.linalg.eigh(Q)
     B = vectors * np.sqrt(np.maximum(values, 0.0))
