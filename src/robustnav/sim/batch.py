@@ -120,11 +120,7 @@ def simulate(
     InputError : no runs, a negative seed or run number, a magnetometer rate that does not divide the motion's rate, or
         white noise wanted from a sensor without a noise figure.
     """
-    numbers = runs if isinstance(runs, range) else range(runs)
-    if not numbers or min(numbers) < 0:
-        raise InputError("runs", got=str(runs), expected="at least one run, numbered from 0 up")
-    if seed < 0:
-        raise InputError("seed", got=f"{seed}", expected="a whole number, not negative")
+    numbers = run_numbers(runs, seed)
     motion = trajectory.sample()
 
     def read(name: str, spec: SensorSpec, true: Array, rate_hz: float) -> tuple[Array, Array]:
@@ -140,6 +136,16 @@ def simulate(
         mag, _ = read("mag", sensors.magnetometer.field, field, motion.rate_hz / stride)
     conventions = _conventions(sensors, motion)
     return Batch(numbers, motion.t, motion.q_nb, gyro, accel, gyro_bias, t_mag, mag, conventions, environment.north)
+
+
+def run_numbers(runs: int | range, seed: int) -> range:
+    """Return the numbers of ``runs``, or raise ``InputError`` for no run, a negative number or a negative seed."""
+    numbers = runs if isinstance(runs, range) else range(runs)
+    if not numbers or min(numbers) < 0:
+        raise InputError("runs", got=str(runs), expected="at least one run, numbered from 0 up")
+    if seed < 0:
+        raise InputError("seed", got=f"{seed}", expected="a whole number, not negative")
+    return numbers
 
 
 def _stride(sensors: Sensors, motion: Motion) -> int:

@@ -104,12 +104,12 @@ class SineAttitude:
 
     def __post_init__(self) -> None:
         for name in ("amplitude", "frequency", "phase"):
-            _check_vector(getattr(self, name), f"sine attitude, {name}")
-        _check_times(self.duration, self.rate_hz)
+            check_vector(getattr(self, name), f"sine attitude, {name}")
+        check_times(self.duration, self.rate_hz)
 
     def sample(self) -> Motion:
         """Return the motion; no translation."""
-        t = _times(self.duration, self.rate_hz)
+        t = even_times(self.duration, self.rate_hz)
         angle = np.multiply.outer(t, self.frequency) + self.phase
         return motion_from_attitude(t, quat_from_euler(np.asarray(self.amplitude) * np.sin(angle)))
 
@@ -145,14 +145,14 @@ class BodyTurns:
         if not self.turns:
             raise InputError("body turns", got="none", expected="at least one turn")
         for k, turn in enumerate(self.turns):
-            _check_vector(turn.rotvec, f"turn {k}, rotvec")
+            check_vector(turn.rotvec, f"turn {k}, rotvec")
             if not 0 < turn.duration < np.inf:
                 raise InputError(f"turn {k}, duration", got=f"{turn.duration}", expected="a positive number of seconds")
-        _check_times(sum(turn.duration for turn in self.turns), self.rate_hz)
+        check_times(sum(turn.duration for turn in self.turns), self.rate_hz)
 
     def sample(self) -> Motion:
         """Return the motion; no translation."""
-        t = _times(sum(turn.duration for turn in self.turns), self.rate_hz)
+        t = even_times(sum(turn.duration for turn in self.turns), self.rate_hz)
         q_nb = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (len(t), 4))
         start = 0.0
         for turn in self.turns:
@@ -186,12 +186,14 @@ def full_roll_and_pitch(turn_time: float = 10.0, rate_hz: float = 100.0) -> Body
     return BodyTurns((roll, loop), rate_hz, eased=True)
 
 
-def _times(duration: float, rate_hz: float) -> Array:
+def even_times(duration: float, rate_hz: float) -> Array:
+    """Return times 0, 1 / rate_hz, ... up to ``duration`` [s], which is the last where it is one of them."""
     # A duration such as 0.29 s at 100 Hz is 28.999999999999996 intervals in floating point and means 29.
     return np.arange(int(duration * rate_hz + 1e-6) + 1) / rate_hz
 
 
-def _check_times(duration: float, rate_hz: float) -> None:
+def check_times(duration: float, rate_hz: float) -> None:
+    """Raise ``InputError`` unless both are positive and ``duration`` [s] holds an interval at ``rate_hz``."""
     if not (0 < duration < np.inf and 0 < rate_hz < np.inf and duration * rate_hz >= 1):
         raise InputError(
             "trajectory",
@@ -200,6 +202,7 @@ def _check_times(duration: float, rate_hz: float) -> None:
         )
 
 
-def _check_vector(value: Vector, thing: str) -> None:
+def check_vector(value: Vector, thing: str) -> None:
+    """Raise ``InputError`` unless ``value`` is three finite numbers."""
     if np.shape(value) != (3,) or not np.all(np.isfinite(value)):
         raise InputError(thing, got=str(value), expected="three finite numbers")
