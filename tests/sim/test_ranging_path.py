@@ -57,6 +57,19 @@ def test_a_multicopter_feels_thrust_along_its_up_axis_only_and_keeps_its_heading
     np.testing.assert_allclose((turn + np.pi) % (2 * np.pi), np.pi, atol=1e-12)
 
 
+@pytest.mark.parametrize("path", PATHS, ids=("quadcopter", "vehicle", "standing"))
+def test_before_and_after_its_segments_a_carrier_rests_where_they_begin_and_end(path):
+    ends = path.at(np.array([-5.0, 0.0, path.duration, path.duration + 5.0]))
+    np.testing.assert_allclose(ends.p_n[:2], np.tile(path.start, (2, 1)), atol=1e-12)
+    np.testing.assert_allclose(ends.p_n[3], ends.p_n[2], atol=1e-12)
+    assert np.abs(ends.v_n).max() < 1e-12 and np.abs(ends.omega_b).max() < 1e-12
+    headings = euler_from_quat(ends.q_nb)[:, 2]
+    turned = path.heading + sum(segment.turn for segment in path.segments)
+    np.testing.assert_allclose(
+        np.exp(1j * headings), np.exp(1j * np.array([path.heading] * 2 + [turned] * 2)), atol=1e-9
+    )
+
+
 def test_hover_is_level_and_a_carrier_that_does_not_tilt_stays_level():
     hover = HOVER.at(np.array([1.0]))
     np.testing.assert_allclose(euler_from_quat(hover.q_nb), [[0, 0, 0.4]], atol=1e-15)
