@@ -5,8 +5,10 @@
 #include "rn_attitude_euler.h"
 #include "rn_uwb_2d.h"
 #include "rn_uwb_2d_driven.h"
+#include "rn_uwb_2d_biased.h"
 #include "rn_uwb_3d.h"
 #include "rn_uwb_3d_driven.h"
+#include "rn_uwb_3d_biased.h"
 #include "rn_inertial.h"
 
 static const RN(model) *const rn_built_in[] = {
@@ -14,8 +16,10 @@ static const RN(model) *const rn_built_in[] = {
     &rn_attitude_euler_model,
     &rn_uwb_2d_model,
     &rn_uwb_2d_driven_model,
+    &rn_uwb_2d_biased_model,
     &rn_uwb_3d_model,
     &rn_uwb_3d_driven_model,
+    &rn_uwb_3d_biased_model,
     &rn_inertial_model,
     0};
 

@@ -8,15 +8,16 @@
 
 static PyTypeObject *model_type; /* what the constructor accepts */
 
-/* Filter(model, kind, x, P or None, p, q, variance, rules, limits, (alpha, beta, kappa), times, gains) */
+/* Filter(model, kind, x, P or None, p, q, variance, rules, limits, (alpha, beta, kappa), longest, times, gains) */
 static PyObject *filter_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
     PyObject *model, *rules, *item[8];
     rn_config c = {.kind = 0};
     if (kwargs && PyDict_Size(kwargs)) return PyErr_Format(PyExc_TypeError, "Filter takes no keywords");
-    if (!PyArg_ParseTuple(args, "O!iOOOOOO!O(ddd)OO", model_type, &model, &c.kind, &item[0], &item[1], &item[2], &item[3],
-                          &item[4], &PyTuple_Type, &rules, &item[5], &c.alpha, &c.beta, &c.kappa, &item[6], &item[7]))
+    if (!PyArg_ParseTuple(args, "O!iOOOOOO!O(ddd)dOO", model_type, &model, &c.kind, &item[0], &item[1], &item[2], &item[3],
+                          &item[4], &PyTuple_Type, &rules, &item[5], &c.alpha, &c.beta, &c.kappa, &c.longest, &item[6], &item[7]))
         return NULL;
+    if (!(c.longest > 0.0)) return PyErr_Format(PyExc_ValueError, "longest step: expected seconds above zero");
     if (c.kind < RN_KIND_EKF || c.kind > RN_KIND_UKF) return PyErr_Format(PyExc_ValueError, "no filter kind %d", c.kind);
     ModelObject *owner = (ModelObject *)model;
     const rn_info *m = &owner->info;

@@ -12,6 +12,7 @@ typedef struct {
     int row_start[RN_HOST_SENSORS];
     double time;    /* of the state [s]; NaN before the first input */
     double elapsed; /* since the filter's start [s]: picks the gain set */
+    double longest; /* prediction made in one step [s] */
     int sets, set;
     RN(unscented) unscented;
     real x[RN_MAX_STATE + 1], P[RN_PACKED(RN_MAX_STATE)];
@@ -112,6 +113,7 @@ static void init(void *memory, const rn_config *c)
     f->unscented.spread = (real)spread;
     f->unscented.mean_centre = (real)((spread - n) / spread);
     f->unscented.cov_centre = (real)((spread - n) / spread + 1.0 - c->alpha * c->alpha + c->beta);
+    f->longest = c->longest;
     f->time = NAN;
 }
 
@@ -134,13 +136,8 @@ static void store(const void *memory, double *x, double *P, double *time, double
     if (elapsed) *elapsed = f->elapsed;
 }
 
-static void predict(void *memory, const double *u, double dt)
+static void step(filter_t *f, const real *input, double dt)
 {
-    filter_t *f = memory;
-    real room[RN_MAX_INPUT];
-    const real *input = as_real(room, u, f->model->nu);
-    f->elapsed += dt;
-    f->time += dt;
     switch (f->kind) {
     case RN_KIND_FIXED: f->model->propagate(f->x, input, f->p, (real)dt); break;
     case RN_KIND_UKF:
@@ -149,6 +146,22 @@ static void predict(void *memory, const double *u, double dt)
         break;
     default: f->model->predict(f->x, f->P, input, f->q, f->p, (real)dt); break;
     }
+}
+
+static void predict(void *memory, const double *u, double dt)
+{
+    enum { MOST_PARTS = 1000000 };
+    filter_t *f = memory;
+    real room[RN_MAX_INPUT];
+    const real *input = as_real(room, u, f->model->nu);
+    f->elapsed += dt;
+    f->time += dt;
+    if (!(dt > f->longest)) {
+        step(f, input, dt);
+        return;
+    }
+    const double parts = fmin(ceil(dt / f->longest), MOST_PARTS);
+    for (int i = 0; i < (int)parts; i++) step(f, input, dt / parts);
 }
 
 /* Rows a reading is fused as: the unscented filter takes it as it is. */

@@ -33,6 +33,7 @@ typedef struct {
     const double *x, *P, *p, *q, *variance; /* P packed; NULL for a constant gain */
     const double *limit;                    /* of each sensor's rule */
     int rule[RN_HOST_SENSORS];
+    double longest;                         /* prediction made in one step [s] */
     double alpha, beta, kappa;                     /* unscented */
     int sets;                                      /* gain sets: times (sets), gains (sets, 2^sensors - 1, ne, rows) */
     const double *times, *gains;

@@ -90,9 +90,23 @@ class Ranges:
         columns = {name: getattr(self, name) for name in ("t", "anchor", "tag", "distance", "variance")}
         return replace(self, **{name: value[keep] for name, value in columns.items() if value is not None})
 
-    def stream(self, name: str = "range") -> Stream:
-        """Return the rows as readings (n, 4) in metres: the distance, then the anchor's position in frame a."""
-        return Stream(name, self.t, np.column_stack([self.distance, self.anchors.p_a[self.anchor]]), "m", "a")
+    def stream(self, name: str = "range", *, slots: int = 0, lever: bool = False) -> Stream:
+        """Return the rows as readings (n, 4) in metres: the distance, then the anchor's position in frame a.
+
+        Parameters
+        ----------
+        name : of the stream, and of the sensor it is for.
+        slots : append which anchor it is, as ``slots`` numbers of which one is 1, for models that estimate a bias each.
+        lever : append where the tag sits on the body (3,) [m]; zero where the recording does not say.
+
+        Raises
+        ------
+        InputError : more anchors than slots.
+        """
+        columns = [self.distance, self.anchors.p_a[self.anchor]]
+        if slots:
+            columns.append(_slots(self.anchors, slots)[self.anchor])
+        return Stream(name, self.t, np.column_stack([*columns, *_levers(self, lever)]), "m", "a")
 
 
 @dataclass(frozen=True)
@@ -139,10 +153,36 @@ class RangeDifferences:
         columns = ("t", "first", "second", "tag", "difference")
         return replace(self, **{name: getattr(self, name)[keep] for name in columns})
 
-    def stream(self, name: str = "tdoa") -> Stream:
-        """Return the rows as readings (n, 7) in metres: difference, position in frame a of the first, the second."""
-        places = (self.anchors.p_a[self.first], self.anchors.p_a[self.second])
-        return Stream(name, self.t, np.column_stack([self.difference, *places]), "m", "a")
+    def stream(self, name: str = "tdoa", *, slots: int = 0, lever: bool = False) -> Stream:
+        """Return the rows as readings (n, 7) in metres: difference, position in frame a of the first, the second.
+
+        Parameters and errors as of ``Ranges.stream``; the slots are 1 for the second and -1 for the first anchor.
+        """
+        columns = [self.difference, self.anchors.p_a[self.first], self.anchors.p_a[self.second]]
+        if slots:
+            one = _slots(self.anchors, slots)
+            columns.append(one[self.second] - one[self.first])
+        return Stream(name, self.t, np.column_stack([*columns, *_levers(self, lever)]), "m", "a")
+
+
+def _slots(anchors: Anchors, slots: int) -> Array:
+    """Return a row for each anchor (k, slots) with a 1 in its slot."""
+    if len(anchors.ids) > slots:
+        raise InputError(
+            "anchors with a bias each",
+            got=f"{len(anchors.ids)} anchors",
+            expected=f"at most {slots}",
+            do="leave out those never heard, or model ranges without biases",
+        )
+    return np.eye(len(anchors.ids), slots)
+
+
+def _levers(record: Ranges | RangeDifferences, wanted: bool) -> list[Array]:
+    """Return the lever arm of each row's tag (n, 3), if it is wanted."""
+    if not wanted:
+        return []
+    levers = np.zeros((len(record.tags), 3)) if record.lever_b is None else record.lever_b
+    return [levers[record.tag]]
 
 
 def _check_events(record: Ranges | RangeDifferences, thing: str, value: str, anchors: tuple[str, ...]) -> None:

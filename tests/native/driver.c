@@ -133,7 +133,7 @@ static setup_t set_up(const void *model, const rn_info *m, int kind, double (*dr
     s.times[1] = 0.5;
     s.config = (rn_config){.model = model, .kind = kind, .x = s.x, .P = kind == RN_KIND_FIXED ? NULL : s.P,
                            .p = s.p, .q = s.q, .variance = s.variance, .limit = s.limit,
-                           .alpha = 1.0, .beta = 2.0, .kappa = 0.0,
+                           .longest = bits() % 2 ? (double)INFINITY : 0.004, .alpha = 1.0, .beta = 2.0, .kappa = 0.0,
                            .sets = kind == RN_KIND_FIXED ? 2 : 0, .times = s.times, .gains = s.gains};
     for (size_t j = 0; j < sensors; j++) s.config.rule[j] = (int)(bits() % 3);
     return s;

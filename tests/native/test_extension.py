@@ -41,7 +41,7 @@ def new_filter(name: str, kind: int, real: str = "double", sets: int = 1):
     P = np.array([float(i == j) for i in range(ne) for j in range(i, ne)])
     gains = np.zeros(sets * (2 ** len(rows) - 1) * ne * sum(rows))
     variances = np.ones(len(rows))
-    arguments = (x, P, np.ones(parameters), np.ones(noises), variances, (0,) * len(rows), np.full(len(rows), np.inf), SPREAD)
+    arguments = (x, P, np.ones(parameters), np.ones(noises), variances, (0,) * len(rows), np.full(len(rows), np.inf), SPREAD, 1.0)
     return model, _kernel.Filter(model, kind, *arguments, np.arange(float(sets)), gains)
 
 
@@ -91,7 +91,7 @@ def test_run_store_and_load_answer_or_refuse(kind, arguments, sensors):
 def test_construction_answers_or_refuses(arguments, kind):
     model = _kernel.Model("attitude")
     try:
-        _kernel.Filter(model, kind, *arguments[:5], tuple(arguments[8:]), arguments[5], SPREAD, *arguments[6:8])
+        _kernel.Filter(model, kind, *arguments[:5], tuple(arguments[8:]), arguments[5], SPREAD, 1.0, *arguments[6:8])
     except REFUSALS:
         return
     raise AssertionError("nothing here fits the model")
@@ -106,7 +106,7 @@ def test_each_array_must_have_its_size(change, by):
     sizes[change] += by
     arrays = [np.zeros(n) for n in sizes]
     with pytest.raises(ValueError):
-        _kernel.Filter(model, 1 if change != 1 else 0, *arrays[:5], (0,) * len(rows), arrays[5], SPREAD, *arrays[6:])
+        _kernel.Filter(model, 1 if change != 1 else 0, *arrays[:5], (0,) * len(rows), arrays[5], SPREAD, 1.0, *arrays[6:])
 
 
 @pytest.mark.parametrize("rules", [(), (0,), (0, "gate"), (0, 2**70)])
@@ -114,7 +114,7 @@ def test_each_sensor_has_a_rule(rules):
     model = _kernel.Model("attitude")
     arrays = [np.zeros(n) for n in (7, 21, 5, 3, 2)]
     with pytest.raises(REFUSALS):
-        _kernel.Filter(model, 0, *arrays, rules, np.zeros(2), SPREAD, None, None)
+        _kernel.Filter(model, 0, *arrays, rules, np.zeros(2), SPREAD, 1.0, None, None)
 
 
 def test_a_constant_gain_needs_a_gain():

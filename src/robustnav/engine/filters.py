@@ -32,6 +32,7 @@ class FilterSetup:
     P : start covariance (ne, ne); None for a constant gain.
     rules : what readings count for, by sensor.
     spread : of the unscented points.
+    longest_step : a longer prediction is made in equal parts [s].
     times, gains : of a constant gain: starts of the sets (s,) [s] and gains (s, 2^k - 1, ne, rows).
     """
 
@@ -42,6 +43,7 @@ class FilterSetup:
     spread: Spread = field(default_factory=Spread)
     times: Array | None = None
     gains: Array | None = None
+    longest_step: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class KernelFilter:
             tuple(RULES[type(rule)] for rule in setup.rules),
             np.array([rule.limit for rule in setup.rules], float),
             spread,
+            setup.longest_step,
             None if setup.times is None else np.ascontiguousarray(setup.times, float),
             None if setup.gains is None else np.ascontiguousarray(setup.gains, float),
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 
@@ -122,6 +123,11 @@ class ReferenceFilter:
     def _predict(self, u: Array, dt: float) -> None:
         self._elapsed += dt
         self._time += dt
+        parts = max(1, ceil(dt / self.setup.longest_step))
+        for _ in range(parts):
+            self._step(u, dt / parts)
+
+    def _step(self, u: Array, dt: float) -> None:
         if self.setup.kind == "fixed":
             self._x = self.model.propagate(self._x, u, dt)
         elif self.setup.kind == "ukf":

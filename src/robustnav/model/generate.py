@@ -11,13 +11,22 @@ from robustnav.model.codegen import model_header
 
 def built_in_models() -> list[Model]:
     """Return the models whose C ships with the package; their numbers do not matter here."""
-    from robustnav.models import AidingNoise, AttitudeNoise, InertialNoise, attitude, attitude_euler, inertial, uwb
+    from robustnav.models import (
+        AidingNoise,
+        AttitudeNoise,
+        InertialNoise,
+        RangeBias,
+        attitude,
+        attitude_euler,
+        inertial,
+        uwb,
+    )
 
     noise = AttitudeNoise(1.0, 1.0, 1.0, 1.0)
     tags = [
-        uwb(range_sd=1.0, acceleration_density=1.0, dimensions=n, driven=driven)
+        uwb(range_sd=1.0, acceleration_density=1.0, dimensions=n, driven=driven, bias=bias)
         for n in (2, 3)
-        for driven in (False, True)
+        for driven, bias in ((False, None), (True, None), (False, RangeBias(1.0, 1.0, 1.0)))
     ]
     return [
         attitude(noise, field=1.0, dip_deg=60.0),

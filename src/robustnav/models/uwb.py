@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from robustnav.errors import InputError
 from robustnav.model import Equations, Model, Noise, Sensor, Symbols, Vector
 
+BIAS_SLOTS = 8  # anchors whose bias is estimated; the model that ships does not change with their number
 _FRAMES = {2: ("north", "east"), 3: ("north", "east", "down")}
+
+
+@dataclass(frozen=True)
+class RangeBias:
+    """What is left of range errors after calibration and does not average out.
+
+    ``sd`` [m] of each anchor's bias, a first-order Gauss-Markov process of time constant ``time`` [s]; ``scale_sd`` of
+    a common constant error of scale.  Antennas, mounting and multipath make such biases; modelled as white noise they
+    make a filter believe in centimetres where it errs by decimetres (docs/ranging.md, section 3).
+    """
+
+    sd: float
+    time: float
+    scale_sd: float
+
+    def __post_init__(self) -> None:
+        for name, value in (("sd", self.sd), ("time", self.time), ("scale_sd", self.scale_sd)):
+            if not 0 < value < float("inf"):
+                raise InputError(f"range bias {name}", got=str(value), expected="a finite number above zero")
 
 
 def uwb(
@@ -17,6 +39,7 @@ def uwb(
     vertical_density: float | None = None,
     dimensions: int = 3,
     driven: bool = False,
+    bias: RangeBias | None = None,
     tag_down: float = 0.0,
     time_offset: float = 0.0,
     height_sd: float = 0.1,
@@ -36,74 +59,76 @@ def uwb(
     vertical_density : the same for the vertical; None: as the horizontal one.  A vehicle on a floor needs little.
     dimensions : 3, or 2 for a tag at the known height ``tag_down``.
     driven : take the acceleration as the input ``accel_n`` [m/s^2]; the noise is then that of the input.
+    bias : estimate a bias of each of up to eight anchors and an error of scale: state ``range_bias`` [m] and
+        ``range_scale``; which anchor it is travels with each reading, see ``Ranges.stream``.  None: white noise only.
     tag_down : where the tag is on the down axis [m], in a plane.
     time_offset : how late the stamps of ranges and differences are [s]: they tell of where the tag was then.
     height_sd, position_sd : of those sensors [m].
 
     Raises
     ------
-    InputError : dimensions other than 2 or 3, or a number out of range.
+    InputError : dimensions other than 2 or 3, both ``driven`` and ``bias``, or a number out of range.
     """
     if dimensions not in _FRAMES:
         raise InputError("dimensions", got=str(dimensions), expected="2 or 3")
+    if driven and bias is not None:
+        raise InputError("uwb model", got="driven and bias", expected="one of them")
     n = dimensions
-    anchor, first, second = (Vector(f"p_{which}", "m") for which in ("anchor", "first", "second"))
-    sensors = [
-        Sensor("range", "m", range_sd, 1, known=(anchor,)),
-        Sensor("tdoa", "m", range_sd * 2**0.5, 1, known=(first, second)),
-        Sensor("position", "m", position_sd, n),
-    ]
+    vertical = acceleration_density if vertical_density is None else vertical_density
     noises = [Noise("acceleration", "m/s^2/sqrt(Hz)", acceleration_density, 2)]
-    parameters = {"time_offset": time_offset}
-    if n == 3:
-        sensors.append(Sensor("height", "m", height_sd, 1))
-        vertical = acceleration_density if vertical_density is None else vertical_density
-        noises.append(Noise("vertical_acceleration", "m/s^2/sqrt(Hz)", vertical, 1))
-    else:
-        parameters["tag_down"] = tag_down
-    equations = (_space, _driven_space) if n == 3 else (_plane, _driven_plane)
+    noises += [Noise("vertical_acceleration", "m/s^2/sqrt(Hz)", vertical, 1)] if n == 3 else []
+    parameters = {"time_offset": time_offset} | ({"tag_down": tag_down} if n == 2 else {})
+    start_sd = {"p_n": 1.0, "v_n": 1.0}
+    state = [Vector("p_n", "m", n), Vector("v_n", "m/s", n)]
+    if bias is not None:
+        state += [Vector("range_bias", "m", BIAS_SLOTS), Vector("range_scale", "1", 1)]
+        noises.append(Noise("range_bias_noise", "m/s/sqrt(Hz)", bias.sd * (2 / bias.time) ** 0.5, BIAS_SLOTS))
+        parameters["bias_time"] = bias.time
+        start_sd |= {"range_bias": bias.sd, "range_scale": bias.scale_sd}
     return Model(
-        name=f"uwb_{n}d" + ("_driven" if driven else ""),
-        state=(Vector("p_n", "m", n), Vector("v_n", "m/s", n)),
+        name=f"uwb_{n}d" + ("_driven" if driven else "") + ("_biased" if bias else ""),
+        state=tuple(state),
         inputs=(Vector("accel_n", "m/s^2", n),) if driven else (),
         noises=tuple(noises),
-        sensors=tuple(sensors),
+        sensors=_sensors(n, range_sd, position_sd, height_sd, biased=bias is not None),
         parameters=parameters,
-        equations=equations[driven],
-        start_sd={"p_n": 1.0, "v_n": 1.0},
-        shipped=equations[driven],
+        equations=_EQUATIONS[n, driven, bias is not None],
+        start_sd=start_sd,
+        shipped=_EQUATIONS[n, driven, bias is not None],
     )
 
 
-def _space(s: Symbols) -> Equations:
-    rates = {"p_n": s.v_n, "v_n": _stacked(s.acceleration, s.vertical_acceleration)}
-    return Equations(rates, {**_ranging(s, list(s.p_n - s.time_offset * s.v_n)), "height": -s.p_n[2]})
+def _sensors(n: int, range_sd: float, position_sd: float, height_sd: float, *, biased: bool) -> tuple[Sensor, ...]:
+    anchor, first, second = (Vector(f"p_{which}", "m") for which in ("anchor", "first", "second"))
+    own, both = ((Vector(f"{name}_slot", "1", BIAS_SLOTS),) if biased else () for name in ("range", "tdoa"))
+    out = (
+        Sensor("range", "m", range_sd, 1, known=(anchor, *own)),
+        Sensor("tdoa", "m", range_sd * 2**0.5, 1, known=(first, second, *both)),
+        Sensor("position", "m", position_sd, n),
+    )
+    return (*out, Sensor("height", "m", height_sd, 1)) if n == 3 else out
 
 
-def _plane(s: Symbols) -> Equations:
-    return Equations({"p_n": s.v_n, "v_n": s.acceleration}, _ranging(s, _in_plane(s)))
+def _equations(s: Symbols, *, dimensions: int, driven: bool, biased: bool) -> Equations:
+    tag = s.p_n - s.time_offset * s.v_n
+    at = [*tag] if dimensions == 3 else [*tag, s.tag_down]
+    acceleration = _stacked(s.acceleration, s.vertical_acceleration) if dimensions == 3 else s.acceleration
+    rates = {"p_n": s.v_n, "v_n": acceleration + s.accel_n if driven else acceleration}
+    one = distance(at, s.p_anchor)
+    two = distance(at, s.p_second) - distance(at, s.p_first)
+    if biased:
+        rates |= {"range_bias": s.range_bias_noise - s.range_bias / s.bias_time, "range_scale": [0]}
+        one = one * (1 + s.range_scale[0]) + s.range_bias.dot(s.range_slot)
+        two = two * (1 + s.range_scale[0]) + s.range_bias.dot(s.tdoa_slot)
+    sensors = {"range": one, "tdoa": two, "position": s.p_n} | ({"height": -s.p_n[2]} if dimensions == 3 else {})
+    return Equations(rates, sensors)
 
 
-def _driven_space(s: Symbols) -> Equations:
-    plain = _space(s)
-    return Equations({"p_n": s.v_n, "v_n": plain.rates["v_n"] + s.accel_n}, plain.sensors)
-
-
-def _driven_plane(s: Symbols) -> Equations:
-    return Equations({"p_n": s.v_n, "v_n": s.acceleration + s.accel_n}, _ranging(s, _in_plane(s)))
-
-
-def _in_plane(s: Symbols) -> list[Any]:
-    return [*(s.p_n - s.time_offset * s.v_n), s.tag_down]
-
-
-def _ranging(s: Symbols, tag: list[Any]) -> dict[str, Any]:
-    """Return what ranging sensors read of a tag at three coordinates."""
-    return {
-        "range": distance(tag, s.p_anchor),
-        "tdoa": distance(tag, s.p_second) - distance(tag, s.p_first),
-        "position": s.p_n,
-    }
+_EQUATIONS = {
+    (n, driven, biased): partial(_equations, dimensions=n, driven=driven, biased=biased)
+    for n in (2, 3)
+    for driven, biased in ((False, False), (True, False), (False, True))
+}
 
 
 def distance(a: Any, b: Any) -> Any:

@@ -39,10 +39,16 @@ class EKF:
     ----------
     model : the model, with its noise.
     outliers : by sensor name, what a reading far off counts for: ``Gate``, ``Huber`` or ``StudentT``; absent: as any.
+    longest_step : a longer prediction is made in equal parts [s]; a pause of the input otherwise is one step.
     """
 
     model: Model
     outliers: Mapping[str, Rule] = field(default_factory=dict)
+    longest_step: float = float("inf")
+
+    def __post_init__(self) -> None:
+        if not self.longest_step > 0:
+            raise InputError("longest_step", got=str(self.longest_step), expected="seconds above zero")
 
     @property
     def name(self) -> str:
@@ -51,7 +57,7 @@ class EKF:
 
     def setup(self, x: Array, P: Array) -> FilterSetup:
         """Return what a filter is started with: state (nx,) and covariance (ne, ne)."""
-        return FilterSetup("ekf", x, P, _rules(self.model, self.outliers))
+        return FilterSetup("ekf", x, P, _rules(self.model, self.outliers), longest_step=self.longest_step)
 
 
 @dataclass(frozen=True)
