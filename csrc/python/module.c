@@ -2,8 +2,12 @@
  *
  * The Python side (robustnav.engine) prepares the arrays, and everything is checked again here. */
 #include "objects.h"
+#include "snapshot_call.h"
 
-static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_kernel", "Compiled filters.", -1, NULL, NULL, NULL, NULL, NULL};
+static PyMethodDef functions[] = {
+    {"snapshot", rn_snapshot_call, METH_VARARGS, "Positions from ranges or range differences, one an epoch."},
+    {NULL, NULL, 0, NULL}};
+static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_kernel", "Compiled filters.", -1, functions, NULL, NULL, NULL, NULL};
 
 PyMODINIT_FUNC PyInit__kernel(void);
 

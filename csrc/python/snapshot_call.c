@@ -1,0 +1,67 @@
+/* The snapshot solver over many epochs with the interpreter lock released. */
+#include "objects.h"
+#include "rn_snapshot_host.h"
+#include "snapshot_call.h"
+
+#define CHUNK 200  /* epochs between two looks at signals */
+
+static Py_ssize_t count_of(const array_t *a) { return a->view.len / (Py_ssize_t)sizeof(double); }
+
+/* An output of `width` numbers an epoch, or None. */
+static int borrow_output(PyObject *object, array_t *held, size_t n, Py_ssize_t width, double **out, const char *what)
+{
+    *out = NULL;
+    if (object == Py_None) return 0;
+    *out = rn_borrow(object, held, (Py_ssize_t)n * width, 'd', 1, what);
+    return *out ? 0 : -1;
+}
+
+/* snapshot(real, differences, anchors, readings, sd, (z, z_sd), quantiles, (max_gdop, repair, max_faults, judge),
+ *          rows, weights or None, others or None, suspects or None) */
+PyObject *rn_snapshot_call(PyObject *module, PyObject *args)
+{
+    (void)module;
+    PyObject *item[8];
+    const char *real;
+    rn_fix_batch b = {.n = 0};
+    if (!PyArg_ParseTuple(args, "siOOO(dd)O(diii)OOOO", &real, &b.differences, &item[0], &item[1], &item[2], &b.z, &b.z_sd,
+                          &item[3], &b.max_gdop, &b.repair, &b.max_faults, &b.judge, &item[4], &item[5], &item[6], &item[7]))
+        return NULL;
+    const int is_float = real[0] == 'f';
+    array_t held[8] = {{.held = 0}};
+    PyObject *result = NULL;
+    b.differences = b.differences != 0;
+    if (!(b.anchors = rn_borrow(item[0], &held[0], -1, 'd', 0, "anchors"))) goto done;
+    if (!(b.sd = rn_borrow(item[2], &held[2], -1, 'd', 0, "sd"))) goto done;
+    if (!(b.row = rn_borrow(item[4], &held[4], -1, 'd', 1, "rows"))) goto done;
+    const Py_ssize_t k = count_of(&held[2]), numbers = count_of(&held[0]), rows = count_of(&held[4]);
+    if (k < 1 || k > RN_FIX_HOST_ANCHORS || (numbers != 2 * k && numbers != 3 * k) || rows % RN_FIX_ROW) {
+        PyErr_Format(PyExc_ValueError, "got %zd sds, %zd coordinates of anchors, %zd numbers of rows; expected 1 to %d anchors",
+                     k, numbers, rows, RN_FIX_HOST_ANCHORS);
+        goto done;
+    }
+    b.k = (int)k;
+    b.d = (int)(numbers / k);
+    b.n = (size_t)(rows / RN_FIX_ROW);
+    if (b.d == 2 && b.z_sd > 0.0) {
+        PyErr_SetString(PyExc_ValueError, "a known height needs anchors in 3D");
+        goto done;
+    }
+    if (!(b.readings = rn_borrow(item[1], &held[1], (Py_ssize_t)b.n * (k - b.differences), 'd', 0, "readings"))) goto done;
+    if (!(b.quantile = rn_borrow(item[3], &held[3], RN_FIX_QUANTILES, 'd', 0, "quantiles"))) goto done;
+    if (borrow_output(item[5], &held[5], b.n, k, &b.weights, "weights")) goto done;
+    if (borrow_output(item[6], &held[6], b.n, RN_FIX_HOST_OTHERS * RN_FIX_OTHER_ROW, &b.others, "others")) goto done;
+    if (borrow_output(item[7], &held[7], b.n, RN_FIX_HOST_ANCHORS * RN_FIX_SUSPECT_ROW, &b.suspects, "suspects")) goto done;
+    for (size_t from = 0; from < b.n; from += CHUNK) {
+        const size_t to = from + CHUNK < b.n ? from + CHUNK : b.n;
+        Py_BEGIN_ALLOW_THREADS
+        (is_float ? rn_fix_run_float : rn_fix_run_double)(&b, from, to);
+        Py_END_ALLOW_THREADS
+        if (PyErr_CheckSignals()) goto done;
+    }
+    Py_INCREF(Py_None);
+    result = Py_None;
+done:
+    rn_give_back(held, 8);
+    return result;
+}
