@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from robustnav.errors import InputError
 from robustnav.model import Equations, Model, Noise, Sensor, Symbols, Vector
 
@@ -78,7 +80,8 @@ def uwb(
     noises = [Noise("acceleration", "m/s^2/sqrt(Hz)", acceleration_density, 2)]
     noises += [Noise("vertical_acceleration", "m/s^2/sqrt(Hz)", vertical, 1)] if n == 3 else []
     parameters = {"time_offset": time_offset} | ({"tag_down": tag_down} if n == 2 else {})
-    start_sd = {"p_n": 1.0, "v_n": 1.0}
+    flatter = min(1.0, vertical / acceleration_density) if acceleration_density > 0 else 1.0
+    start_sd: dict[str, ArrayLike] = {"p_n": 1.0, "v_n": (1.0, 1.0, flatter)[:n]}
     state = [Vector("p_n", "m", n), Vector("v_n", "m/s", n)]
     if bias is not None:
         state += [Vector("range_bias", "m", BIAS_SLOTS), Vector("range_scale", "1", 1)]

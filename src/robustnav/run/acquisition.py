@@ -1,0 +1,155 @@
+"""Where a tag is without having been told: from a short window of its readings, and when to ask again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robustnav.errors import InputError
+from robustnav.frames import Array
+from robustnav.ranging import RangeDifferences, Ranges
+from robustnav.records import BoolArray, IntArray
+from robustnav.snapshot.window import Minimum, WindowReadings, robust_cost, robust_minima
+
+REFUSED_NIS = 8.8  # a reading with its stated noise exceeds it in 0.3 %: off, whatever rule weighs it
+RIVAL = 4.5  # a minimum whose cost is within this of the lowest: chi-square difference of 9
+BETTER = 10.0  # what a new place must gain in cost over the track
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """How a filter is started, and restarted when it has lost the tag.
+
+    Parameters
+    ----------
+    window : readings this young are used together [s]; longer where they come slowly.
+    patience : a start waits this long for readings that tell the position [s], then takes what slides by.
+    speed : typical speed of the tag [m/s]: it may move this fast through the window, and starts with this doubt.
+    limit_sd : a place with a larger standard deviation, all axes together [m], is none.
+    box : corners (2, 3) [m] outside of which nothing is believed, or None.
+    restart : whether a lost filter is started again.
+
+    Raises
+    ------
+    InputError : a number that is not positive, or a box turned inside out.
+    """
+
+    window: float = 0.5
+    patience: float = 3.0
+    speed: float = 1.0
+    limit_sd: float = 5.0
+    box: Array | None = None
+    restart: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("window", "patience", "speed", "limit_sd"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"acquisition {name}", got=str(value), expected="a number above zero")
+        if self.box is not None:
+            box = np.asarray(self.box, float)
+            if box.shape != (2, 3) or not (box[0] < box[1]).all():
+                raise InputError("acquisition box", got=str(self.box), expected="lowest and highest corner, (2, 3)")
+            object.__setattr__(self, "box", box)
+
+
+@dataclass(frozen=True)
+class Events:
+    """Ranging readings of all kinds in time order: columns of ``WindowReadings`` with stamps ``t`` (n,) [s]."""
+
+    t: Array
+    value: Array
+    first: Array
+    second: Array
+    pairs: BoolArray
+    sd: Array
+
+    @classmethod
+    def of(cls, readings: Ranges | RangeDifferences, sd: float) -> Events:
+        """Return ranges or differences as events, with their standard deviation [m]."""
+        p_a = readings.anchors.p_a
+        n = len(readings.t)
+        if isinstance(readings, Ranges):
+            first = second = p_a[readings.anchor]
+            return cls(readings.t, readings.distance, first, second, np.zeros(n, bool), np.full(n, sd))
+        first, second = p_a[readings.first], p_a[readings.second]
+        return cls(readings.t, readings.difference, first, second, np.ones(n, bool), np.full(n, sd))
+
+    @classmethod
+    def joined(cls, parts: list[Events]) -> Events:
+        """Return all parts in time order."""
+        t = np.concatenate([p.t for p in parts])
+        order = np.argsort(t, kind="stable")
+        names = ("t", "value", "first", "second", "pairs", "sd")
+        return cls(*(np.concatenate([getattr(p, name) for p in parts])[order] for name in names))
+
+    def between(self, begin: float, end: float) -> slice:
+        """Return the rows with begin < t <= end."""
+        first, stop = np.searchsorted(self.t, [begin, end], side="right")
+        return slice(int(first), int(stop))
+
+    def window(self, rows: slice, down: tuple[float, float] | None) -> WindowReadings:
+        """Return some rows for the solver; ``down``: the third coordinate and its sd, or None."""
+        place, sd = down if down is not None else (None, 0.0)
+        columns = (getattr(self, name)[rows] for name in ("value", "first", "second", "pairs", "sd"))
+        return WindowReadings(*columns, place, sd)
+
+    def anchors(self, rows: slice) -> int:
+        """Return how many anchors some rows come from."""
+        ends = np.vstack([self.first[rows], self.second[rows]])
+        return len(np.unique(ends, axis=0))
+
+
+def places(
+    events: Events, rows: slice, down: tuple[float, float] | None, settings: Acquisition, near: Array | None = None
+) -> list[Minimum]:
+    """Return where the tag may be by some rows of events, the likeliest first: minima that pass box and limit.
+
+    ``near`` (3,) is tried as a start too.
+    """
+    readings = events.window(rows, down)
+    least = 4 if readings.pairs.any() else 3
+    if events.anchors(rows) < least or len(readings.value) < 8:
+        return []
+    found = robust_minima(readings, None if near is None else near[None])
+    if settings.box is not None:
+        low, high = settings.box
+        found = [m for m in found if (m.p >= low).all() and (m.p <= high).all()]
+    if not found or np.sqrt(np.trace(found[0].P)) > settings.limit_sd:
+        return []
+    return found
+
+
+def track_cost(events: Events, rows: slice, down: tuple[float, float] | None, p: Array, v: Array) -> float:
+    """Return the cost of some rows for a track that is at ``p`` (3,) with ``v`` (3,) at the last of them."""
+    readings = events.window(rows, down)
+    at = p + v * (events.t[rows] - events.t[rows.stop - 1])[:, None]
+    return float(robust_cost(readings, at))
+
+
+def span(events: Events, settings: Acquisition) -> float:
+    """Return the window [s] for the rate at which readings come: about a dozen of them, at most the patience."""
+    gaps = np.diff(np.unique(events.t)) if len(events.t) > 1 else np.zeros(1)
+    each = len(events.t) / max(len(np.unique(events.t)), 1)
+    needed = 12.0 * float(np.median(gaps)) / each if gaps.size else 0.0
+    return float(min(max(settings.window, needed), settings.patience))
+
+
+def lost_at(events: Events, off: BoolArray, since: float, tau: float) -> IntArray:
+    """Return the rows at which a filter may be lost: most readings of the last ``tau`` seconds were off.
+
+    Parameters
+    ----------
+    events : all readings.
+    off : (n,) whether each was off.
+    since : the filter's start [s]; earlier readings do not count.
+    tau : the window [s].
+    """
+    last = np.arange(len(events.t))
+    begin = np.searchsorted(events.t, np.maximum(events.t - tau, since), side="right")
+    sums = np.concatenate([[0], np.cumsum(off)])
+    total, refused = last + 1 - begin, sums[last + 1] - sums[begin]
+    whole = events.t - events.t[np.minimum(begin, last)] >= 0.8 * tau
+    candidates: IntArray = np.flatnonzero(off & whole & (total >= 8) & (2 * refused >= total) & (events.t > since))
+    return candidates
