@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from cyclopts import App
 
 from robustnav import __version__
-from robustnav.cli import benchmarks, designs, recordings, studies
+from robustnav.cli import benchmarks, designs, recordings, studies, uwb_benchmarks
 from robustnav.cli.show import complain
 from robustnav.errors import RobustnavError
 
@@ -29,6 +29,8 @@ app.command(designs.design)
 app.command(recordings.run)
 app.command(recordings.compare)
 app.command(benchmarks.benchmark)
+for one in uwb_benchmarks.COMMANDS:
+    benchmarks.benchmark.command(one)
 app.command(recordings.report)
 
 

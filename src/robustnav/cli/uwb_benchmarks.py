@@ -23,10 +23,11 @@ def uwb_hyu(folder: Path, *, json: Flag = False, quiet: Flag = False) -> None:
     """
     from robustnav.benchmark import uwb_hyu as bench
     from robustnav.benchmark.hyu_cases import hyu_cases
-    from robustnav.benchmark.uwb_methods import METHODS
+    from robustnav.benchmark.hyu_methods import hyu_methods
 
-    with progress("HYU", len(hyu_cases(folder)) * len(METHODS), quiet=quiet) as step:
-        results = bench.benchmark_hyu(folder, METHODS, progress=step)
+    methods = hyu_methods()
+    with progress("HYU", len(hyu_cases(folder)) * len(methods), quiet=quiet) as step:
+        results = bench.benchmark_hyu(folder, methods, progress=step)
     _say(results, bench.tables(results), json=json)
 
 

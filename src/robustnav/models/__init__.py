@@ -6,4 +6,13 @@ from robustnav.models.attitude_noise import AttitudeNoise
 from robustnav.models.inertial import AidingNoise, InertialNoise, inertial
 from robustnav.models.uwb import RangeBias, uwb
 
-__all__ = ["AidingNoise", "AttitudeNoise", "InertialNoise", "RangeBias", "attitude", "attitude_euler", "inertial", "uwb"]
+__all__ = [
+    "AidingNoise",
+    "AttitudeNoise",
+    "InertialNoise",
+    "RangeBias",
+    "attitude",
+    "attitude_euler",
+    "inertial",
+    "uwb",
+]
