@@ -3,8 +3,10 @@
  * The Python side (robustnav.engine) prepares the arrays, and everything is checked again here. */
 #include "objects.h"
 #include "snapshot_call.h"
+#include "smooth_call.h"
 
 static PyMethodDef functions[] = {
+    {"smooth", rn_smooth_call, METH_VARARGS, "smooth(model, dt, input, q, p, x, P): backwards over a filtered recording, in place."},
     {"snapshot", rn_snapshot_call, METH_VARARGS, "Positions from ranges or range differences, one an epoch."},
     {NULL, NULL, 0, NULL}};
 static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_kernel", "Compiled filters.", -1, functions, NULL, NULL, NULL, NULL};
@@ -22,6 +24,7 @@ PyMODINIT_FUNC PyInit__kernel(void)
         Py_XDECREF(filter);
         return NULL;
     }
+    rn_smooth_accept(model);
     Py_DECREF(filter);
     return module;
 }

@@ -19,7 +19,7 @@ from robustnav.evaluate import evaluate
 from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
 from robustnav.records import Innovations, Log, Run, Score, Stream, Truth
 from robustnav.report import report
-from robustnav.run import EKF, H2, UKF, Start, run, stream
+from robustnav.run import EKF, H2, UKF, Start, batch, run, smooth, stream
 from robustnav.run.recorded import Sensors, estimator_for, run_recorded
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ __all__ = [
     "Symbols",
     "Truth",
     "Vector",
+    "batch",
     "calibrate",
     "datasheet",
     "doctor",
@@ -61,6 +62,7 @@ __all__ = [
     "run",
     "run_recorded",
     "sim",
+    "smooth",
     "snapshot",
     "stream",
     "units",

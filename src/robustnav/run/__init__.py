@@ -2,5 +2,6 @@
 
 from robustnav.run.estimators import EKF, H2, UKF, Estimator
 from robustnav.run.loop import Start, covariance_of, run, stream
+from robustnav.run.smoothing import batch, smooth
 
-__all__ = ["EKF", "H2", "UKF", "Estimator", "Start", "covariance_of", "run", "stream"]
+__all__ = ["EKF", "H2", "UKF", "Estimator", "Start", "batch", "covariance_of", "run", "smooth", "stream"]

@@ -25,7 +25,7 @@ class Feed:
     @property
     def whole(self) -> BoolArray:
         """Which inputs (n,) are there."""
-        whole: BoolArray = np.isfinite(self.u).all(axis=1)
+        whole: BoolArray = np.asarray(np.isfinite(self.u).all(axis=1))
         return whole
 
 
