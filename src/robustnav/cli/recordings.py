@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from robustnav.cli.options import KIT, Flag, Kit, split
 from robustnav.cli.show import note, progress, say, say_json, say_settings, say_table
+from robustnav.cli.tracking import RANGING, Ranging, run_ranges
 
 if TYPE_CHECKING:
     from robustnav.doctor.record import Diagnosis, Finding
@@ -55,12 +56,13 @@ def run(
     *,
     estimator: str = "h2",
     kit: Kit = KIT,
+    ranging: Ranging = RANGING,
     mapping: Path | None = None,
     backend: Backend = "auto",
     out: Path | None = None,
     json: Flag = False,
 ) -> int:
-    """Run one attitude estimator over a recording and score it.
+    """Run one attitude estimator over a recording and score it; with --anchors, follow a tag through its ranges.
 
     It is scored against the recording's truth, or compared with the recorder's own estimate and called a difference.
 
@@ -72,6 +74,8 @@ def run(
         h2, mekf, ukf, h2-euler or ekf-euler.
     kit
         What recorded it.
+    ranging
+        Ranges instead of an inertial recording.
     mapping
         TOML file naming columns, units and frames of a foreign table.
     backend
@@ -81,6 +85,8 @@ def run(
     json
         Print one JSON document.
     """
+    if ranging.anchors is not None:
+        return run_ranges(log, ranging, backend=backend, out=out, json=json)
     from robustnav.report.run_report import report as write_report
     from robustnav.report.verdict import innovation_rows, judge
     from robustnav.run.recorded import Sensors, run_recorded

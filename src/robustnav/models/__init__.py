@@ -4,15 +4,23 @@ from robustnav.models.attitude import attitude
 from robustnav.models.attitude_euler import attitude_euler
 from robustnav.models.attitude_noise import AttitudeNoise
 from robustnav.models.inertial import AidingNoise, InertialNoise, inertial
+from robustnav.models.ranging_noise import CARRIERS, RADIOS, Carrier, Radio, carrier_named, radio_named, uwb_of
 from robustnav.models.uwb import RangeBias, uwb
 
 __all__ = [
+    "CARRIERS",
+    "RADIOS",
     "AidingNoise",
     "AttitudeNoise",
+    "Carrier",
     "InertialNoise",
+    "Radio",
     "RangeBias",
     "attitude",
     "attitude_euler",
+    "carrier_named",
     "inertial",
+    "radio_named",
     "uwb",
+    "uwb_of",
 ]

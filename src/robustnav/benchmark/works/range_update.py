@@ -33,7 +33,8 @@ def _ranges(samples: int, together: bool) -> tuple[Array, Array, Array]:
     schedule = Schedule(RATE_HZ, (samples // ANCHORS + 2) / RATE_HZ, simultaneous=together)
     setup = RangingSetup(anchors, schedule, RangingErrors(white_sd=RANGE_SD))
     t = setup.events.t[:samples]
-    slow = WhiteAcceleration(np.array(MIDDLE), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    none = (0.0, 0.0, 0.0)
+    slow = WhiteAcceleration(MIDDLE, none, none, none, none)
     batch = simulate_ranging(slow.draw(setup.events.t, runs=1, seed=1), setup, runs=1, seed=1)
     return t, batch.ranges(0).stream().values[:samples], np.array(MIDDLE)
 
