@@ -92,8 +92,8 @@ class Events:
     def window(self, rows: slice, down: tuple[float, float] | None) -> WindowReadings:
         """Return some rows for the solver; ``down``: the third coordinate and its sd, or None."""
         place, sd = down if down is not None else (None, 0.0)
-        columns = (getattr(self, name)[rows] for name in ("value", "first", "second", "pairs", "sd"))
-        return WindowReadings(*columns, place, sd)
+        ends = self.first[rows], self.second[rows]
+        return WindowReadings(self.value[rows], *ends, self.pairs[rows], self.sd[rows], place, sd)
 
     def anchors(self, rows: slice) -> int:
         """Return how many anchors some rows come from."""
@@ -129,11 +129,18 @@ def track_cost(events: Events, rows: slice, down: tuple[float, float] | None, p:
 
 
 def span(events: Events, settings: Acquisition) -> float:
-    """Return the window [s] for the rate at which readings come: about a dozen of them, at most the patience."""
-    gaps = np.diff(np.unique(events.t)) if len(events.t) > 1 else np.zeros(1)
-    each = len(events.t) / max(len(np.unique(events.t)), 1)
-    needed = 12.0 * float(np.median(gaps)) / each if gaps.size else 0.0
-    return float(min(max(settings.window, needed), settings.patience))
+    """Return the window [s] for the rate at which readings come: about a dozen of them, at most the patience.
+
+    The rate is that of the readings up to the first time that lies a window behind the beginning.
+    """
+    t, counts = np.unique(events.t[events.t <= events.t[0] + settings.patience], return_counts=True)
+    tau = settings.patience
+    for k in range(1, len(t)):
+        needed = 12.0 * float(np.median(np.diff(t[: k + 1]))) / float(np.mean(counts[: k + 1]))
+        tau = min(max(settings.window, needed), settings.patience)
+        if t[k] - t[0] >= 0.8 * tau:
+            break
+    return float(tau)
 
 
 def lost_at(events: Events, off: BoolArray, since: float, tau: float) -> IntArray:

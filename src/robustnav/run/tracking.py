@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import SensorSeen
 from robustnav.filter.steps import unpack
-from robustnav.frames import Array
+from robustnav.filter.weighting import Rule
+from robustnav.model.blocks import Model
 from robustnav.records import Log, Run, Stream
 from robustnav.run.acquisition import BETTER, REFUSED_NIS, RIVAL, Acquisition, lost_at, places, track_cost
 from robustnav.run.estimators import EKF, UKF
@@ -18,6 +20,17 @@ from robustnav.run.hypotheses import Leg, smoothed
 from robustnav.run.loop import Start
 from robustnav.run.tracking_task import RANGING, Readings, Source, TrackingTask
 from robustnav.snapshot.window import Minimum
+
+_PARTS = 10.0  # of a bias's time constant in the longest step of a prediction
+
+
+def ranging_ekf(model: Model, rule: Rule) -> EKF:
+    """Return the EKF on a model of ``models.uwb`` with one rule for ranges and differences that are far off.
+
+    On a model with biases a pause is predicted in parts much shorter than their time constant.
+    """
+    longest_step = model.parameters.get("bias_time", np.inf) / _PARTS
+    return EKF(model, dict.fromkeys(RANGING, rule), longest_step=longest_step)
 
 
 def track(
@@ -164,7 +177,6 @@ class _Course:
 
 def _nothing_said(task: TrackingTask) -> list[SensorSeen | None]:
     model = task.estimator.model
-    from robustnav.engine.backends import functions_of
     rows = [s.size for s in model.sensors] if task.estimator.name == "ukf" else functions_of(model).rows
     return [SensorSeen.empty(len(d.t), m) if d else None for d, m in zip(task.feed.sensors, rows, strict=True)]
 

@@ -43,9 +43,9 @@ class WindowReadings(NamedTuple):
         return 2 if self.down is not None and self.down_sd == 0.0 else 3
 
     @property
-    def down_info(self) -> float:
-        """Information of the third coordinate [1/m^2], zero where unknown or exact."""
-        return 0.0 if self.down is None or self.down_sd == 0.0 else self.down_sd**-2
+    def down_known(self) -> tuple[float, float] | None:
+        """The third coordinate [m] and its information [1/m^2]; None where it is unknown or exact."""
+        return None if self.down is None or self.down_sd == 0.0 else (self.down, self.down_sd**-2)
 
 
 class Minimum(NamedTuple):
@@ -57,7 +57,7 @@ class Minimum(NamedTuple):
 
 
 def residuals(readings: WindowReadings, p: Array) -> tuple[Array, Array]:
-    """Return measured minus predicted (..., m) [m] and the predicted rows' Jacobian (..., m, 3) at ``p`` (..., m, 3)."""
+    """Return measured minus predicted (..., m) [m] and the rows of its Jacobian (..., m, 3) at ``p`` (..., m, 3)."""
     one, row = _distance(p - readings.first)
     two, other = _distance(p - readings.second)
     predicted = np.where(readings.pairs, two - one, one)
@@ -69,8 +69,9 @@ def robust_cost(readings: WindowReadings, p: Array) -> Array:
     """Return the Student-t cost (...) of the tag at ``p`` (..., m, 3) [m], a place for each reading."""
     e = residuals(readings, p)[0] / readings.sd
     cost: Array = 0.5 * (DEGREES_OF_FREEDOM + 1) * np.log1p(e * e / DEGREES_OF_FREEDOM).sum(axis=-1)
-    if readings.down_info:
-        cost = cost + 0.5 * readings.down_info * (p[..., 0, 2] - readings.down) ** 2
+    if readings.down_known is not None:
+        down, info = readings.down_known
+        cost = cost + 0.5 * info * (p[..., 0, 2] - down) ** 2
     return cost
 
 
@@ -152,9 +153,10 @@ def _normal(readings: WindowReadings, at: Array, free: int) -> tuple[Array, Arra
     J = J[..., :free]
     w = (DEGREES_OF_FREEDOM + 1) / (DEGREES_OF_FREEDOM * readings.sd**2 + e * e)
     A, b = np.einsum("smi,sm,smj->sij", J, w, J), np.einsum("smi,sm,sm->si", J, w, e)
-    if readings.down_info:
-        A[:, 2, 2] += readings.down_info
-        b[:, 2] += readings.down_info * (readings.down - at[:, 0, 2])
+    if readings.down_known is not None:
+        down, info = readings.down_known
+        A[:, 2, 2] += info
+        b[:, 2] += info * (down - at[:, 0, 2])
     return A, b
 
 
@@ -174,19 +176,20 @@ def _closed_forms(readings: WindowReadings) -> Array:
     index = index.reshape(-1)
     k, m = len(places), len(readings.value)
     differences = bool(readings.pairs.any())
+    value: Array
     if differences:  # arrivals up to a common offset, from all pairs at once
         rows, second = np.flatnonzero(readings.pairs), index[m:]
         design = np.zeros((len(rows), k))
         design[np.arange(len(rows)), second] += 1.0
         design[np.arange(len(rows)), index[rows]] -= 1.0
-        value = np.linalg.lstsq(design, readings.value[rows], rcond=None)[0]
+        value = np.asarray(np.linalg.lstsq(design, readings.value[rows], rcond=None)[0], float)
     else:
-        value = np.array([np.median(readings.value[index[:m] == i]) for i in range(k)])
+        value = np.asarray([np.median(readings.value[index[:m] == i]) for i in range(k)])
     info = 1.0 / np.median(readings.sd) ** 2
     W = info * (np.eye(k) - differences * np.full((k, k), 1.0 / k))
     prior, prior_info = np.zeros(3), np.zeros(3)
     if readings.down is not None:
-        prior[2], prior_info[2] = readings.down, readings.down_info or 1e6
+        prior[2], prior_info[2] = readings.down_known or (readings.down, 1e6)
     return starts(Problem(places, value, W, prior, prior_info, differences, scale_of(places, value)))
 
 

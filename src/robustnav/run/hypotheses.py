@@ -1,0 +1,179 @@
+"""One or two hypotheses of where a tag is, followed side by side until the readings prefer one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robustnav.engine.backends import functions_of
+from robustnav.engine.filters import SensorSeen
+from robustnav.engine.smoothing import smooth
+from robustnav.errors import EstimatorError
+from robustnav.filter.steps import pack, unpack
+from robustnav.frames import Array
+from robustnav.records import BoolArray
+from robustnav.run.loop import Start, stream
+from robustnav.run.tracking_task import RANGING, TrackingTask
+from robustnav.snapshot.window import DEGREES_OF_FREEDOM
+
+SETTLED = 9.0  # difference of costs at which one hypothesis is taken for true: odds of 1 to 8000
+CLEARLY = 0.5  # the second hypothesis is shown only while it is ahead by this much
+
+
+@dataclass(frozen=True)
+class Way:
+    """A filter from a row on: states ``x`` (m, nx) and packed covariances ``P``, what each sensor's readings said."""
+
+    x: Array
+    P: Array
+    seen: tuple[SensorSeen | None, ...]
+
+    @classmethod
+    def follow(cls, task: TrackingTask, row: int, start: Start) -> Way:
+        """Run the filter from a start at ``row`` to the end; readings up to there are taken as used."""
+        feed, P0 = task.feed, pack(start.P)
+        running = stream(task.estimator, start, backend=task.backend)
+        running.restore((start.x, P0, float(np.nextafter(feed.t[row], np.inf)), 0.0))
+        output = running.run(feed.t[row + 1 :], feed.u[row + 1 :], feed.sensors)
+        if output.P is None:
+            raise EstimatorError("tracking", got="a filter without covariance", expected="an EKF or a UKF")
+        return cls(np.vstack([start.x, output.x]), np.vstack([P0, output.P]), output.seen)
+
+
+@dataclass
+class Leg:
+    """From one start to the next, rows ``row`` to ``stop`` (exclusive), on one way or two.
+
+    ``lead`` (m,) is by how much the first way's readings cost less than the second's; at row ``end`` it is settled,
+    ``end == n`` if never.  ``continues`` says that the first way goes on where the last leg led.
+    """
+
+    row: int
+    stop: int
+    ways: tuple[Way, ...]
+    lead: Array
+    end: int
+    continues: bool = False
+
+    @classmethod
+    def begin(
+        cls, task: TrackingTask, row: int, starts: Sequence[Start], handicap: float, *, continues: bool = False
+    ) -> Leg:
+        """Follow one start or two; the second one's place cost ``handicap`` more."""
+        n = len(task.feed.t)
+        ways = tuple(Way.follow(task, row, one) for one in starts)
+        if len(ways) == 1:
+            return cls(row, n, ways, np.full(n - row, np.inf), row, continues)
+        lead = _evidence(task, row, ways[1]) - _evidence(task, row, ways[0]) + handicap
+        clear = np.flatnonzero(np.abs(lead[1:]) >= SETTLED) + 1
+        end = row + int(clear[0]) if clear.size else n
+        lead[end - row :] = np.inf if end < n and lead[end - row] > 0 else -np.inf
+        return cls(row, n, ways, lead, end, continues)
+
+    @property
+    def settled(self) -> bool:
+        """Whether one way was taken for true before the next start."""
+        return self.end < self.stop
+
+    def second(self) -> BoolArray:
+        """Return where (m,) the second way leads."""
+        return self.lead < -CLEARLY
+
+    def at(self, row: int) -> list[Array]:
+        """Return the states (nx,) that are possible at a row, the one shown first."""
+        k = row - self.row
+        if len(self.ways) == 1:
+            return [self.ways[0].x[k]]
+        first = int(self.second()[k])
+        both = [self.ways[first].x[k], self.ways[1 - first].x[k]]
+        return both if row < self.end else both[:1]
+
+    def way(self, which: int) -> tuple[Array, Array]:
+        """Return states and packed covariances of one way up to the next start."""
+        m, one = self.stop - self.row, self.ways[which]
+        return one.x[:m], one.P[:m]
+
+    def shown(self, rows: slice) -> tuple[Array, Array]:
+        """Return states and packed covariances of the way that leads, at rows counted from the leg's own."""
+        one = self.ways[0]
+        if len(self.ways) == 1:
+            return one.x[rows], one.P[rows]
+        two, second = self.ways[1], self.second()[rows, None]
+        return np.where(second, two.x[rows], one.x[rows]), np.where(second, two.P[rows], one.P[rows])
+
+    def reported(self) -> tuple[Array, Array]:
+        """Return states (k, nx) and packed covariances of the leg; the doubt between two ways is in the covariance."""
+        whole = slice(0, self.stop - self.row)
+        x, P = self.shown(whole)
+        if len(self.ways) == 1:
+            return x, P
+        share = 1 / (1 + np.exp(np.clip(self.lead[whole], -700, 700)))
+        return x, mixed((x, P), self.way(0), self.way(1), share)
+
+    def said(self, t: Array, times: Sequence[Array | None]) -> tuple[SensorSeen | None, ...]:
+        """Return what the readings, stamped ``times``, said to the way that leads; ``t`` (n,) the rows' times [s]."""
+        if len(self.ways) == 1:
+            return self.ways[0].seen
+        out: list[SensorSeen | None] = []
+        for one, two, at in zip(self.ways[0].seen, self.ways[1].seen, times, strict=True):
+            if one is None or two is None or at is None:
+                out.append(None)
+                continue
+            rows = np.clip(np.searchsorted(t, at) - self.row, 0, len(self.lead) - 1)
+            s = self.second()[rows]
+            arrays = [(getattr(one, name), getattr(two, name)) for name in ("nu", "s", "nis", "weight")]
+            out.append(SensorSeen(*(np.where(s if a.ndim == 1 else s[:, None], b, a) for a, b in arrays)))
+        return tuple(out)
+
+
+def mixed(shown: tuple[Array, Array], one: tuple[Array, Array], two: tuple[Array, Array], share: Array) -> Array:
+    """Return packed covariances about the states ``shown`` of a mixture, ``share`` (m,) of which is the second."""
+    out = shown[1].copy()
+    rows = np.flatnonzero((share > 0) & (share < 1))
+    total = np.zeros((len(rows), shown[0].shape[1], shown[0].shape[1]))
+    for (x, P), weight in ((one, 1 - share), (two, share)):
+        d = x[rows] - shown[0][rows]
+        total += weight[rows, None, None] * (unpack(P[rows]) + d[:, :, None] * d[:, None, :])
+    if rows.size:
+        out[rows] = np.array([pack(P) for P in total])
+    return out
+
+
+def smoothed(task: TrackingTask, legs: Sequence[Leg]) -> tuple[Array, Array]:
+    """Return smoothed states and packed covariances of all legs; a start cuts, a leg that continues does not."""
+    feed, first = task.feed, legs[0].row
+    functions = functions_of(task.estimator.model, task.backend)
+    chosen = [int(leg.second()[leg.stop - leg.row - 1]) for leg in legs]
+    parts = [leg.way(c) for leg, c in zip(legs, chosen, strict=True)]
+    breaks = [leg.row - first for leg, c in zip(legs, chosen, strict=True) if not (leg.continues and c == 0)][1:]
+    stacked = np.vstack([x for x, _ in parts]), np.vstack([P for _, P in parts])
+    x, P = smooth(functions, feed.t[first:], feed.u[first:], *stacked, breaks)
+    for leg, c in zip(legs, chosen, strict=True):
+        if len(leg.ways) == 1 or leg.settled:
+            continue
+        rows, at = slice(leg.row - first, leg.stop - first), slice(leg.row, leg.stop)
+        rival = smooth(functions, feed.t[at], feed.u[at], *leg.way(1 - c))
+        shown = x[rows], P[rows]
+        share = 1 / (1 + np.exp(abs(leg.lead[leg.stop - leg.row - 1])))
+        P[rows] = mixed(shown, shown, rival, np.full(leg.stop - leg.row, share))
+    return x, P
+
+
+def _evidence(task: TrackingTask, row: int, way: Way) -> Array:
+    """Return the cost of the readings behind a row for a way, summed up to each of its rows (m,)."""
+    t = task.feed.t[row:]
+    model = task.estimator.model
+    out = np.zeros(len(t))
+    for name in RANGING:
+        j = model.sensor_index(name)
+        one, data = way.seen[j], task.feed.sensors[j]
+        if one is None or data is None:
+            continue
+        nu = DEGREES_OF_FREEDOM
+        cost = 0.5 * (nu + 1) * np.log1p(one.nis / nu) + 0.5 * np.log(one.s).sum(axis=1)
+        use = (data.t > t[0]) & (data.t <= t[-1]) & np.isfinite(cost)
+        np.add.at(out, np.searchsorted(t, data.t[use]), cost[use])
+    total: Array = np.cumsum(out)
+    return total
