@@ -8,6 +8,7 @@
 static PyMethodDef functions[] = {
     {"smooth", rn_smooth_call, METH_VARARGS, "smooth(model, dt, input, q, p, x, P): backwards over a filtered recording, in place."},
     {"snapshot", rn_snapshot_call, METH_VARARGS, "Positions from ranges or range differences, one an epoch."},
+    {"window", rn_window_call_from, METH_VARARGS, "Positions a window of readings may come from."},
     {NULL, NULL, 0, NULL}};
 static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_kernel", "Compiled filters.", -1, functions, NULL, NULL, NULL, NULL};
 

@@ -1,9 +1,10 @@
-/* Many epochs through the snapshot solver.  Included by snapshot_double.c and snapshot_float.c. */
+/* Many epochs, or one window, through the snapshot solver.  Included by snapshot_double.c and snapshot_float.c. */
 #include "rn_snapshot_host.h"
 
 #include <string.h>
 
 #include "rn_snapshot.h"
+#include "rn_snapshot_window.h"
 
 /* The anchors in use and where they came from. */
 typedef struct {
@@ -96,4 +97,36 @@ void RN_FIX_RUN(const rn_fix_batch *b, size_t from, size_t to)
         RN(fix_solve)(q, &options, &result);
         keep(b, epoch, &layout, &result);
     }
+}
+
+int RN_WINDOW_RUN(rn_window_call *c)
+{
+    RN(window) w;
+    RN(fix_candidate) found[RN_WINDOW_MINIMA];
+    real guess[RN_WINDOW_GUESSES][3], track[RN_WINDOW_READINGS][3];
+    double origin[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 3 * c->m; i++) origin[i % 3] += c->first[i] / c->m;
+    w.m = c->m;
+    w.down_known = c->down_known;
+    w.down = (real)(c->down - origin[2]);
+    w.down_sd = (real)c->down_sd;
+    for (int i = 0; i < c->m; i++) {
+        w.value[i] = (real)c->value[i];
+        w.sd[i] = (real)c->sd[i];
+        w.pair[i] = c->pair[i];
+        for (int l = 0; l < 3; l++) {
+            w.first[i][l] = (real)(c->first[3 * i + l] - origin[l]);
+            w.second[i][l] = (real)(c->second[3 * i + l] - origin[l]);
+            if (c->track) track[i][l] = (real)(c->track[3 * i + l] - origin[l]);
+        }
+    }
+    for (int i = 0; i < 3 * c->guesses; i++) guess[i / 3][i % 3] = (real)(c->guess[i] - origin[i % 3]);
+    if (c->track) c->track_cost = (double)RN(window_cost)(&w, (const real(*)[3])track);
+    const int count = RN(window_minima)(&w, (const real(*)[3])guess, c->guesses, found);
+    for (int i = 0; i < count; i++) {
+        double *row = c->minima + i * RN_FIX_OTHER_ROW;
+        keep_candidate(row, &found[i], origin);
+        row[9] = (double)found[i].cost;
+    }
+    return count;
 }

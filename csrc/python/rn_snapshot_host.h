@@ -34,4 +34,25 @@ typedef struct {
 void rn_fix_run_double(const rn_fix_batch *batch, size_t from, size_t to);
 void rn_fix_run_float(const rn_fix_batch *batch, size_t from, size_t to);
 
+#define RN_WINDOW_READINGS 512 /* a host has room for all that a fast link gives in half a second */
+#define RN_WINDOW_HOST_MINIMA 36
+#define RN_WINDOW_HOST_GUESSES 8
+
+/* One window of m readings; arrays as in rn_snapshot_window.h. */
+typedef struct {
+    int m, guesses;
+    const double *value, *sd, *first, *second; /* (m), (m), (m, 3), (m, 3) */
+    const unsigned char *pair;
+    int down_known;
+    double down, down_sd;
+    const double *guess; /* (guesses, 3) */
+    const double *track; /* (m, 3) a place for each reading, or NULL */
+    double *minima;      /* (RN_WINDOW_HOST_MINIMA, RN_FIX_OTHER_ROW) */
+    double track_cost;   /* of track */
+} rn_window_call;
+
+/* Returns how many minima, -1 with too many places or one that is not a number. */
+int rn_window_run_double(rn_window_call *call);
+int rn_window_run_float(rn_window_call *call);
+
 #endif

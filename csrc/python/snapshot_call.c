@@ -1,5 +1,5 @@
-/* The snapshot solver over many epochs with the interpreter lock released. */
-#include "objects.h"
+/* The snapshot solver over many epochs, or over one window, with the interpreter lock released. */
+#include "arrays.h"
 #include "rn_snapshot_host.h"
 #include "snapshot_call.h"
 
@@ -61,6 +61,47 @@ PyObject *rn_snapshot_call(PyObject *module, PyObject *args)
     }
     Py_INCREF(Py_None);
     result = Py_None;
+done:
+    rn_give_back(held, 8);
+    return result;
+}
+
+/* window(real, value, sd, first, second, pair, (known, down, down_sd), guesses, track or None, minima) -> (count, cost) */
+PyObject *rn_window_call_from(PyObject *module, PyObject *args)
+{
+    (void)module;
+    PyObject *item[8];
+    const char *real;
+    rn_window_call c = {.m = 0};
+    if (!PyArg_ParseTuple(args, "sOOOOO(idd)OOO", &real, &item[0], &item[1], &item[2], &item[3], &item[4], &c.down_known,
+                          &c.down, &c.down_sd, &item[5], &item[6], &item[7]))
+        return NULL;
+    const int is_float = real[0] == 'f';
+    array_t held[8] = {{.held = 0}};
+    PyObject *result = NULL;
+    if (!(c.value = rn_borrow(item[0], &held[0], -1, 'd', 0, "values"))) goto done;
+    if (!(c.guess = rn_borrow(item[5], &held[5], -1, 'd', 0, "guesses"))) goto done;
+    const Py_ssize_t m = count_of(&held[0]), guesses = count_of(&held[5]);
+    if (m < 1 || m > RN_WINDOW_READINGS || guesses % 3 || guesses > 3 * RN_WINDOW_HOST_GUESSES || c.down_known < 0 ||
+        c.down_known > 2) {
+        PyErr_Format(PyExc_ValueError, "got %zd readings, %zd coordinates of guesses; expected 1 to %d, (0 to %d, 3)", m,
+                     guesses, RN_WINDOW_READINGS, RN_WINDOW_HOST_GUESSES);
+        goto done;
+    }
+    c.m = (int)m;
+    c.guesses = (int)(guesses / 3);
+    if (!(c.sd = rn_borrow(item[1], &held[1], m, 'd', 0, "sds"))) goto done;
+    if (!(c.first = rn_borrow(item[2], &held[2], 3 * m, 'd', 0, "first anchors"))) goto done;
+    if (!(c.second = rn_borrow(item[3], &held[3], 3 * m, 'd', 0, "second anchors"))) goto done;
+    if (!(c.pair = rn_borrow(item[4], &held[4], m, 'B', 0, "pairs"))) goto done;
+    if (item[6] != Py_None && !(c.track = rn_borrow(item[6], &held[6], 3 * m, 'd', 0, "track"))) goto done;
+    if (!(c.minima = rn_borrow(item[7], &held[7], RN_WINDOW_HOST_MINIMA * RN_FIX_OTHER_ROW, 'd', 1, "minima"))) goto done;
+    int count;
+    Py_BEGIN_ALLOW_THREADS
+    count = (is_float ? rn_window_run_float : rn_window_run_double)(&c);
+    Py_END_ALLOW_THREADS
+    result = count < 0 ? PyErr_Format(PyExc_ValueError, "anchors: more than %d, or not numbers", RN_FIX_HOST_ANCHORS)
+                       : Py_BuildValue("id", count, c.track_cost);
 done:
     rn_give_back(held, 8);
     return result;

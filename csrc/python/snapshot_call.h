@@ -6,5 +6,6 @@
 #include <Python.h>
 
 PyObject *rn_snapshot_call(PyObject *module, PyObject *args);
+PyObject *rn_window_call_from(PyObject *module, PyObject *args);
 
 #endif

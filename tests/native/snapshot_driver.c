@@ -116,8 +116,41 @@ static size_t solve(run_t run, int k, int d, int differences, size_t n, double (
     return unique;
 }
 
+/* One window; returns whether its best place is near the tag. */
+static int search(int (*run)(rn_window_call *), int m, int places, double (*draw)(void), const double *tag)
+{
+    const size_t n = (size_t)m;
+    double *where = drawn(3 * (size_t)places, tag ? anchor : draw), *value = drawn(n, draw), *sd = drawn(n, tag ? small : draw);
+    double *first = room(3 * n), *second = room(3 * n), *guess = drawn(6, tag ? anchor : draw), *track = drawn(3 * n, draw);
+    double *minima = room(RN_WINDOW_HOST_MINIMA * RN_FIX_OTHER_ROW);
+    unsigned char *pair = malloc(n);
+    if (!pair) abort();
+    for (size_t i = 0; i < n; i++) {
+        const size_t from = bits() % (size_t)places, to = (from + 1) % (size_t)places;
+        double one_far = 0.0, other_far = 0.0;
+        pair[i] = bits() % 2 != 0;
+        for (size_t l = 0; l < 3; l++) {
+            first[3 * i + l] = where[3 * from + l];
+            second[3 * i + l] = where[3 * to + l];
+            one_far += tag ? pow(first[3 * i + l] - tag[l], 2) : 0.0;
+            other_far += tag ? pow(second[3 * i + l] - tag[l], 2) : 0.0;
+        }
+        if (tag) value[i] = (pair[i] ? sqrt(other_far) - sqrt(one_far) : sqrt(one_far)) + (bits() % 7 ? 0.0 : 2.0);
+    }
+    rn_window_call c = {.m = m, .guesses = 2, .value = value, .sd = sd, .first = first, .second = second, .pair = pair,
+                        .down_known = (int)(bits() % 3), .down = tag ? tag[2] : hostile(), .down_sd = 0.1, .guess = guess,
+                        .track = bits() % 2 ? track : NULL, .minima = minima};
+    const int count = run(&c);
+    check(count >= -1 && count <= RN_WINDOW_HOST_MINIMA, "minima past their array");
+    double off = 0.0;
+    for (int l = 0; l < 3 && tag && count > 0; l++) off += pow(minima[l] - tag[l], 2);
+    free(where), free(value), free(sd), free(first), free(second), free(guess), free(track), free(minima), free(pair);
+    return tag && count > 0 && off < 0.01;
+}
+
 int main(void)
 {
+    int (*const searches[2])(rn_window_call *) = {rn_window_run_double, rn_window_run_float};
     const run_t runs[2] = {rn_fix_run_double, rn_fix_run_float};
     const double tag[3] = {1.0, -2.0, 0.7};
     for (int type = 0; type < 2; type++) {
@@ -130,6 +163,13 @@ int main(void)
             }
         }
         solve(runs[type], 32, 3, 0, 2, one, tag);
+        int near = 0;
+        for (int round = 0; round < 60; round++) {
+            near += search(searches[type], 60, 8, one, tag);
+            search(searches[type], 1 + (int)(bits() % 100), 1 + (int)(bits() % 40), hostile, NULL);
+        }
+        search(searches[type], RN_WINDOW_READINGS, 32, one, tag);
+        check(near > 50, "hardly any sound window gives the tag");
         check(unique > 600, "hardly any sound reading gives a unique position");
     }
     printf("snapshot driver: %s\n", failures ? "FAILED" : "fine");
