@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from cyclopts import App
 
 from robustnav import __version__
-from robustnav.cli import benchmarks, designs, recordings, studies, uwb_benchmarks
+from robustnav.cli import benchmarks, designs, ranging, ranging_survey, recordings, studies, uwb_benchmarks
 from robustnav.cli.show import complain
 from robustnav.errors import RobustnavError
 
@@ -25,6 +25,9 @@ app = App(
 app.command(studies.demo)
 app.command(recordings.doctor)
 app.command(studies.simulate)
+app.command(ranging.calibrate)
+app.command(ranging_survey.survey)
+app.command(ranging.gdop)
 app.command(designs.design)
 app.command(recordings.run)
 app.command(recordings.compare)
