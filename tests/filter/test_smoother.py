@@ -146,6 +146,7 @@ def test_a_semidefinite_system_is_solved_within_its_range(rank):
     X = solve_semidefinite(M, B)
     scale = np.sqrt(np.diag(M))[:, None] * np.sqrt(np.diag(M)).max(initial=1e-300)
     np.testing.assert_allclose(M @ X, B, atol=1e-7 * np.abs(B).max() + 1e-9 * scale.max())
+    assert np.count_nonzero(X.any(axis=1)) == rank  # rounding is no direction
     if rank == 6:
         np.testing.assert_allclose(X, np.linalg.solve(M, B), rtol=1e-4, atol=1e-7 * np.abs(X).max())
 
