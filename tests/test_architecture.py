@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "models": BASE | {"model"},
     "design": MODELS - {"models"},
     "filter": MODELS - {"models", "design"},
-    "engine": MODELS | {"snapshot"},
+    "engine": MODELS | {"snapshot", "strapdown"},
     "export": MODELS | {"engine"},
     "run": MODELS | {"engine", "snapshot", "strapdown"},
     "alignment": MODELS | {"engine", "run", "strapdown"},

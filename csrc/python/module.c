@@ -4,11 +4,15 @@
 #include "objects.h"
 #include "snapshot_call.h"
 #include "smooth_call.h"
+#include "strapdown_call.h"
 
 static PyMethodDef functions[] = {
     {"smooth", rn_smooth_call, METH_VARARGS, "smooth(model, dt, input, q, p, x, P): backwards over a filtered recording, in place."},
     {"snapshot", rn_snapshot_call, METH_VARARGS, "Positions from ranges or range differences, one an epoch."},
     {"window", rn_window_call_from, METH_VARARGS, "Positions a window of readings may come from."},
+    {"preintegrate", rn_preintegrate_call, METH_VARARGS, "preintegrate(real, angle, velocity, history, every, dt, out)"},
+    {"navigate", rn_navigate_call, METH_VARARGS, "navigate(real, start, angle, velocity, history, every, dt, out): intervals done"},
+    {"carry", rn_carry_call, METH_VARARGS, "carry(real, start, rows, place, bias, T, out)"},
     {NULL, NULL, 0, NULL}};
 static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_kernel", "Compiled filters.", -1, functions, NULL, NULL, NULL, NULL};
 
