@@ -89,7 +89,7 @@ def compile_model(model: Model) -> CompiledModel:
 def _library(model: Model) -> Path:
     from robustnav.model.codegen import model_header
 
-    compiler, kernel = find_compiler(), _kernel_folder()
+    compiler, kernel = find_compiler(), kernel_folder()
     header = model_header(model)
     version = _call([*compiler, "--version"]).stdout
     parts = [header, *(p.read_text() for p in sorted(kernel.glob("rn_*.h"))), *compiler, version, *_FLAGS, sys.platform]
@@ -129,7 +129,7 @@ def _copied_table(header: str) -> str:
     return header[start : header.index("};", start)]
 
 
-def _kernel_folder() -> Path:
+def kernel_folder() -> Path:
     """The kernel's headers: in the installed package, or in the checkout beside it."""
     packaged = Path(str(resources.files("robustnav.engine"))) / "csrc"
     return packaged if packaged.is_dir() else Path(__file__).parents[3] / "csrc"

@@ -29,15 +29,17 @@ def model_header(model: Model) -> str:
     MissingExtra : SymPy or symengine is not installed.
     InputError : an expression has no C form, or the equations do not fit the blocks.
     """
-    return _Generator(model).header()
+    return Generator(model).header()
 
 
-class _Generator:
+class Generator:
+    """The functions of one model in C, each derived when it is asked for."""
+
     def __init__(self, model: Model) -> None:
         self.model = model
         self.derivation = Derivation(model)
         self.n = model.error_size
-        self._pattern = gain_pattern(self.derivation, [self._rows(s)[1] for s in model.sensors])
+        self._pattern = gain_pattern(self.derivation, [self.fused_rows(s)[1] for s in model.sensors])
         self.reads = {
             **{str(s): f"x[{i}]" for i, s in enumerate(self.derivation.x)},
             **{str(s): f"u[{i}]" for i, s in enumerate(self.derivation.u)},
@@ -121,15 +123,18 @@ class _Generator:
         return self._function("propagate", "real *x, const real *u, const real *p, real dt", program, outputs)
 
     def _predict(self) -> str:
+        program, step = self._step()
+        signature = "real *x, real *P, const real *u, const real *q, const real *p, real dt"
+        return self._function("predict", signature, program, self.predicted(step))
+
+    def predicted(self, step: Step) -> Outputs:
+        """Return what a step assigns to the state ``x[i]`` and to its packed covariance ``P[k]``."""
         import symengine as se
 
-        program, step = self._step()
         P = [[se.Symbol(f"P_{min(i, j)}_{max(i, j)}") for j in range(self.n)] for i in range(self.n)]
         new = step.covariance(P)
         outputs = [(f"x[{i}]", e) for i, e in enumerate(step.state)]
-        outputs += [(f"P[{packed(i, j, self.n)}]", new[i][j]) for i in range(self.n) for j in range(i, self.n)]
-        signature = "real *x, real *P, const real *u, const real *q, const real *p, real dt"
-        return self._function("predict", signature, program, outputs)
+        return outputs + [(f"P[{packed(i, j, self.n)}]", new[i][j]) for i in range(self.n) for j in range(i, self.n)]
 
     def _transition(self) -> str:
         program, step = self._step()
@@ -179,7 +184,7 @@ class _Generator:
             outputs += [(f"e[{columns.start + i}]", v) for i, v in enumerate(values)]
         return self._function("difference", "const real *a, const real *b, real *e", program, outputs)
 
-    def _rows(self, sensor: Sensor, first: int = 0) -> tuple[Exprs, Rows]:
+    def fused_rows(self, sensor: Sensor, first: int = 0) -> tuple[Exprs, Rows]:
         """Return the residual rows a sensor is fused as and their Jacobian, for a reading that starts at z[first]."""
         import symengine as se
 
@@ -216,13 +221,13 @@ class _Generator:
         return self._function(f"measure_{sensor.name}", signature, Program(), outputs)
 
     def _residual(self, sensor: Sensor) -> str:
-        r, _ = self._rows(sensor)
+        r, _ = self.fused_rows(sensor)
         outputs = [(f"r[{i}]", e) for i, e in enumerate(r)]
         signature = "const real *x, const real *z, const real *p, real *r"
         return self._function(f"residual_{sensor.name}", signature, Program(), outputs)
 
     def _jacobian(self, sensor: Sensor) -> str:
-        _, H = self._rows(sensor)
+        _, H = self.fused_rows(sensor)
         signature = "const real *x, const real *z, const real *p, real *H"
         return self._function(f"jacobian_{sensor.name}", signature, Program(), _store("H", H))
 
@@ -237,7 +242,7 @@ class _Generator:
         return self._function(f"innovation_{sensor.name}", signature, Program(), _store("r", [r]))
 
     def _update(self, sensor: Sensor) -> str:
-        r, H = self._rows(sensor)
+        r, H = self.fused_rows(sensor)
         n, program = self.n, Program()
         outputs: Outputs = [(f"const real r_{i}", e) for i, e in enumerate(r)]
         names: list[list[str]] = []
@@ -279,7 +284,7 @@ class _Generator:
 
         program, residuals, first = Program(), [], 0
         for sensor in self.model.sensors:
-            residuals += self._rows(sensor, first)[0]
+            residuals += self.fused_rows(sensor, first)[0]
             first += sensor.width
         r = program.let_all("r", residuals)
         error = [
@@ -295,7 +300,7 @@ class _Generator:
         m, name = self.model, self.model.name
         own = ("measure", "residual", "jacobian", "innovation", "update")
         sensors = ",\n".join(
-            f'    {{"{s.name}", {s.size}, {s.width}, {len(self._rows(s)[0])}, '
+            f'    {{"{s.name}", {s.size}, {s.width}, {len(self.fused_rows(s)[0])}, '
             f"{', '.join(f'rn_{name}_{function}_{s.name}' for function in own)}}}"
             for s in m.sensors
         )
