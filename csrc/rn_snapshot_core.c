@@ -82,25 +82,6 @@ void RN(fix_expand)(const RN(fix_problem) * q, RN(fix_point) * at, RN(fix_rays) 
     at->H[0] = xx, at->H[1] = xy, at->H[2] = xz, at->H[3] = yy, at->H[4] = yz, at->H[5] = zz;
 }
 
-/* Add to Gauss-Newton information what the bending of the ranges contributes: half the exact second derivative. */
-void RN(fix_curve)(const RN(fix_problem) * q, const RN(fix_rays) * rays, real *H)
-{
-    const real *u = rays->u[0], *v = rays->u[1], *s = rays->u[2];
-    real all = R(0.0), xx = R(0.0), xy = R(0.0), xz = R(0.0), yy = R(0.0), yz = R(0.0), zz = R(0.0);
-    for (int i = 0; i < q->k; i++) {
-        const real b = q->w[i] * rays->e[i] / rn_larger(rays->d[i], RN_FIX_TINY);
-        const real bx = b * u[i], by = b * v[i], bz = b * s[i];
-        all += b;
-        xx += bx * u[i];
-        xy += bx * v[i];
-        xz += bx * s[i];
-        yy += by * v[i];
-        yz += by * s[i];
-        zz += bz * s[i];
-    }
-    H[0] += xx - all, H[1] += xy, H[2] += xz, H[3] += yy - all, H[4] += yz, H[5] += zz - all;
-}
-
 /* Solve M x = b for symmetric M (upper part, lost) of size n <= 3 into b; returns whether M is positive definite. */
 int RN(fix_factor)(real (*M)[3], real *b, int n)
 {

@@ -73,7 +73,6 @@ real RN(fix_scale)(const RN(fix_problem) * q);
 void RN(fix_cast)(const RN(fix_problem) * q, const real *p, RN(fix_rays) * rays);
 real RN(fix_cost)(const RN(fix_problem) * q, const real *p);
 void RN(fix_expand)(const RN(fix_problem) * q, RN(fix_point) * at, RN(fix_rays) * rays);
-void RN(fix_curve)(const RN(fix_problem) * q, const RN(fix_rays) * rays, real *H);
 int RN(fix_factor)(real (*M)[3], real *b, int n);
 void RN(fix_project)(const real *H, const real *g, const RN(fix_basis) * basis, int d, real (*M)[3], real *b);
 void RN(fix_descend)(const RN(fix_problem) * q, const RN(fix_basis) * basis, int max_steps, RN(fix_end) * end);

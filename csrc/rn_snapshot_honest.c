@@ -10,6 +10,11 @@
 #define LONG 40      /* more steps for slow descents that decide a verdict */
 #define LADDER 27    /* steps along a weak direction, from 2^-6 to 2^7 of its presumed reach */
 
+/* The cost along a basis. */
+typedef struct {
+    real cost, g[2], H[3];
+} slice_t;
+
 /* Whether no other position within quantile(1) of this minimum of ranges can be a minimum.
  *
  * Let p be such a position, D = p - p0, C the cost allowed, d0 and d the distances, e0 and e the residuals at p0 and p,
@@ -127,6 +132,7 @@ static void basis_across(const real *direction, int d, RN(fix_basis) * basis)
     const real beta = direction[0] < R(0.0) ? R(1.0) : R(-1.0), head = direction[0] - beta, tau = -head / beta;
     const real v[3] = {R(1.0), direction[1] / head, d > 2 ? direction[2] / head : R(0.0)};
     basis->f = d - 1;
+    for (int l = 0; l < 3; l++) basis->b[1][l] = R(0.0);
     for (int i = 1; i < d; i++) {
         for (int l = 0; l < 3; l++) basis->b[i - 1][l] = (l == i ? R(1.0) : R(0.0)) - tau * v[i] * v[l];
     }
@@ -141,26 +147,67 @@ void RN(fix_across)(const RN(fix_problem) * q, const real *p, const real *direct
     RN(fix_descend)(q, &basis, 8, end);
 }
 
-/* The same from end->at.p where Newton's method is seen to converge; cost to about 1e-8.  Returns 0 elsewhere. */
+/* Cost, half its gradient and half its exact second derivative (packed) along the basis at p.  An anchor at distance d
+ * with the residual e bends the cost by w ((1 + e / d) u u' - e / d I). */
+static void slice(const RN(fix_problem) * q, const real *p, const RN(fix_basis) * basis, slice_t *out)
+{
+    const int k = q->k;
+    const real *x = basis->b[0], *y = basis->b[1];
+    real e[RN_FIX_ANCHORS], bend[RN_FIX_ANCHORS], s[RN_FIX_ANCHORS], t[RN_FIX_ANCHORS];
+    real w_sum = R(0.0), e_mean = R(0.0), s_mean = R(0.0), t_mean = R(0.0);
+    for (int i = 0; i < k; i++) {
+        const real off[3] = {p[0] - q->a[0][i], p[1] - q->a[1][i], p[2] - q->a[2][i]};
+        const real d = rn_sqrt(rn_dot3(off, off)), inverse = R(1.0) / (d > RN_FIX_TINY ? d : RN_FIX_TINY);
+        e[i] = q->r[i] - d;
+        bend[i] = q->w[i] * inverse;
+        s[i] = rn_dot3(off, x) * inverse;
+        t[i] = rn_dot3(off, y) * inverse;
+    }
+    if (q->differences) {
+        for (int i = 0; i < k; i++) {
+            w_sum += q->w[i], e_mean += q->w[i] * e[i], s_mean += q->w[i] * s[i], t_mean += q->w[i] * t[i];
+        }
+        e_mean /= w_sum, s_mean /= w_sum, t_mean /= w_sum;
+    }
+    const real off = p[2] - q->z, pull = q->z_info * off;
+    real c = pull * off, gs = pull * x[2], gt = pull * y[2], level = R(0.0);
+    real ss = q->z_info * x[2] * x[2], st = q->z_info * x[2] * y[2], tt = q->z_info * y[2] * y[2];
+    for (int i = 0; i < k; i++) {
+        const real own = e[i] - e_mean, we = q->w[i] * own, b = bend[i] * own, both = q->w[i] + b;
+        c += we * own;
+        gs -= we * s[i];
+        gt -= we * t[i];
+        ss += both * s[i] * s[i];
+        st += both * s[i] * t[i];
+        tt += both * t[i] * t[i];
+        level += b;
+    }
+    out->cost = c;
+    out->g[0] = gs, out->g[1] = gt;
+    out->H[0] = ss - level - w_sum * s_mean * s_mean;
+    out->H[1] = st - w_sum * s_mean * t_mean;
+    out->H[2] = tt - level - w_sum * t_mean * t_mean;
+}
+
+/* The point of least cost from end->at.p along the basis where Newton's method is seen to converge, cost to about 1e-8.
+ * Returns 0 elsewhere. */
 static int quick_across(const RN(fix_problem) * q, const RN(fix_basis) * basis, RN(fix_end) * end)
 {
-    RN(fix_point) *at = &end->at;
-    RN(fix_rays) rays;
     real last = R(10.0);
     for (int i = 0; i < 4; i++) {
-        real M[3][3], b[3], g[3], decrement = R(0.0);
-        RN(fix_expand)(q, at, &rays);
-        RN(fix_curve)(q, &rays, at->H);
-        RN(fix_project)(at->H, at->g, basis, q->d, M, b);
-        memcpy(g, b, sizeof g);
-        if (!RN(fix_factor)(M, b, basis->f)) return 0;
-        for (int j = 0; j < basis->f; j++) {
-            decrement += g[j] * b[j];
-            for (int l = 0; l < 3; l++) at->p[l] += b[j] * basis->b[j][l];
-        }
+        slice_t at;
+        slice(q, end->at.p, basis, &at);
+        if (basis->f == 1) at.H[1] = R(0.0), at.H[2] = R(1.0), at.g[1] = R(0.0);
+        const real det = at.H[0] * at.H[2] - at.H[1] * at.H[1];
+        if (!(at.H[0] > R(0.0) && det > R(0.0))) return 0;
+        const real inverse = R(1.0) / det;
+        const real s = (at.g[1] * at.H[1] - at.g[0] * at.H[2]) * inverse;
+        const real t = (at.g[0] * at.H[1] - at.g[1] * at.H[0]) * inverse;
+        const real decrement = -(at.g[0] * s + at.g[1] * t);
+        for (int l = 0; l < 3; l++) end->at.p[l] += s * basis->b[0][l] + t * basis->b[1][l];
         if (!(decrement < R(0.1) * last)) return 0;
         last = decrement;
-        at->cost -= decrement;
+        end->at.cost = at.cost - decrement;
         if (decrement < R(1e-4)) return 1;
     }
     return 0;

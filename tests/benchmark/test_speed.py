@@ -50,7 +50,8 @@ def test_missing_peers_are_listed_with_what_they_need(monkeypatch):
     assert results["missing"]["offline-vqf"] == "vqf" and results["missing"]["filterpy-ekf-euler"] == "filterpy"
     assert results["missing"]["numpy-ukf"] == "symengine"
     assert {row["name"] for row in results["rows"] if row["work"] == "attitude-call"} == {"h2", "mekf"}
-    assert not any(row["ratio"] for row in results["rows"])
+    # the snapshot rows compare with our own NumPy form and with SciPy, which are always there
+    assert not any(row["ratio"] for row in results["rows"] if row["work"] != "snapshot")
     assert "vqf" not in results["machine"]
 
 

@@ -98,14 +98,14 @@ def tied(s):
 @pytest.fixture(scope="module")
 def pairs():
     rng = np.random.default_rng(11)
-    return [both(hostile(rng)) for _ in range(700)]
+    return [both(hostile(rng)) for _ in range(500)]
 
 
 def test_verdicts_and_numbers_are_those_of_numpy_on_hostile_layouts(pairs):
     different = [(a.reason, b.reason) for a, b in pairs if a.verdict != b.verdict]
     # one search in a thousand settles on one side only
     assert len(different) <= 3, different
-    for verdict, most in (("unique", 230), ("ambiguous", 60)):
+    for verdict, most in (("unique", 160), ("ambiguous", 40)):
         both_say = [(a, b) for a, b in pairs if a.verdict == b.verdict == verdict and not tied(a)]
         assert len(both_say) > most
         worst = {}
@@ -123,7 +123,7 @@ def test_degenerate_readings_get_the_same_reason(pairs):
         return s.reason.split("; as good")[0].split(": ")[-1]
 
     degenerate = [(a, b) for a, b in pairs if a.verdict == b.verdict == "degenerate"]
-    assert len(degenerate) > 140
+    assert len(degenerate) > 100
     # where the search does not settle, the place it stops at is up to rounding
     assert np.mean([cause(a) == cause(b) for a, b in degenerate]) > 0.93
     sds = np.array([(a.weak.sd, b.weak.sd) for a, b in degenerate])
@@ -134,7 +134,7 @@ def test_degenerate_readings_get_the_same_reason(pairs):
 @KINDS
 def test_wrong_readings_are_found_and_named_alike(repair, kind):
     rng, seen = np.random.default_rng(13), 0
-    for _ in range(16):
+    for _ in range(10):
         anchors = rng.uniform(-5, 5, (8, 3))
         case = SimpleNamespace(anchors=anchors, tag=rng.uniform(-3, 3, 3), sd=0.05, kind=kind, height=None)
         slow, fast = both(readings_of(rng, case, fault_share=1.0), Options(repair=repair, max_faults=2))
@@ -147,7 +147,7 @@ def test_wrong_readings_are_found_and_named_alike(repair, kind):
         assert max(numbers.values()) < 1e-4, numbers
         assert [s.error for s in fast.suspects] == pytest.approx([s.error for s in slow.suspects], abs=1e-6)
         assert [s.sds for s in fast.suspects] == pytest.approx([s.sds for s in slow.suspects], rel=1e-6)
-    assert seen > 4
+    assert seen > 3
 
 
 @KINDS
@@ -276,7 +276,7 @@ SOUND = ("double", 0, ROOM, np.ones((2, 8)), np.ones(8), (0.0, 0.0), np.ones(36)
 OUTPUTS = (np.empty((2, 34)), np.empty((2, 8)), np.empty((2, 32, 10)), np.empty((2, 32, 3)))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(place=st.integers(0, 11), value=ANYTHING)
 def test_the_kernel_answers_or_refuses(place, value):
     arguments = [*SOUND, *OUTPUTS]
@@ -290,7 +290,7 @@ def test_the_kernel_answers_or_refuses(place, value):
     assert optional or fits or arguments[place].nbytes == [*SOUND, *OUTPUTS][place].nbytes
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     numbers=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=24, max_size=24),
     kind=st.sampled_from([0, 1]),

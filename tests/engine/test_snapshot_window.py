@@ -157,7 +157,7 @@ ANYTHING = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(place=st.integers(0, 9), value=ANYTHING)
 def test_the_kernel_answers_or_refuses(place, value):
     arguments = list(SOUND)
@@ -169,7 +169,7 @@ def test_the_kernel_answers_or_refuses(place, value):
     assert 0 <= count <= 36
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     numbers=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=48, max_size=48),
     pairs=st.lists(st.integers(0, 1), min_size=6, max_size=6),
