@@ -2,11 +2,16 @@
  *
  * The Python side (robustnav.engine) prepares the arrays, and everything is checked again here. */
 #include "objects.h"
+#include "align_call.h"
 #include "snapshot_call.h"
 #include "smooth_call.h"
 #include "strapdown_call.h"
 
 static PyMethodDef functions[] = {
+    {"align_begin", rn_align_begin_call, METH_VARARGS, "State of an alignment that has seen nothing."},
+    {"align_run", rn_align_run_call, METH_VARARGS, "Readings through an alignment, answers out."},
+    {"align_one", rn_align_one_call, METH_VARARGS, "One filter of the alignment with a given wind."},
+    {"align_lines", rn_align_lines_call, METH_VARARGS, "Lines in a window of reference velocity."},
     {"smooth", rn_smooth_call, METH_VARARGS, "smooth(model, dt, input, q, p, x, P): backwards over a filtered recording, in place."},
     {"snapshot", rn_snapshot_call, METH_VARARGS, "Positions from ranges or range differences, one an epoch."},
     {"window", rn_window_call_from, METH_VARARGS, "Positions a window of readings may come from."},

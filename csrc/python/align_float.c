@@ -1,0 +1,12 @@
+/* The alignment in float. */
+#define RN_FLOAT
+#define RN_ALIGN_BYTES rn_align_bytes_float
+#define RN_ALIGN_BEGIN rn_align_begin_float
+#define RN_ALIGN_RUN rn_align_run_float
+#define RN_ALIGN_ONE rn_align_one_float
+#define RN_ALIGN_LINES_IN rn_align_lines_float
+#include "../rn_align_filter.c"
+#include "../rn_align_heading.c"
+#include "../rn_align_lines.c"
+#include "../rn_align.c"
+#include "rn_align_host.c"

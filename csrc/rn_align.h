@@ -1,0 +1,140 @@
+/* Initial alignment at rest on a swaying, wind-disturbed base: one step per pre-integrated reading.
+ * No allocation, no globals; every number belongs to the caller.  Derivation: docs/alignment.md.
+ *
+ * The navigation axes of the filter are level but turned about down by an unknown angle (the wander frame); the two
+ * horizontal components of the Earth's rotation in it are states, and heading is read from them. */
+#ifndef RN_ALIGN_H
+#define RN_ALIGN_H
+
+#include "rn_real.h"
+
+#define RN_ALIGN_EARTH_RATE R(7.292115e-5) /* rad/s, WGS-84 */
+
+enum {
+    /* Where the common states stand: attitude 3, velocity 2, gyro bias 3, accelerometer bias 3, horizontal Earth rate 2. */
+    RN_ALIGN_TURN = 0,
+    RN_ALIGN_VELOCITY = 3,
+    RN_ALIGN_GYRO = 5,
+    RN_ALIGN_ACCEL = 8,
+    RN_ALIGN_RATE = 11,
+    RN_ALIGN_CORE = 13,
+    RN_ALIGN_LINES = 5,      /* lines a filter can hold; each has north cos, sin, east cos, sin, frequency */
+    RN_ALIGN_STATES = RN_ALIGN_CORE + 5 * RN_ALIGN_LINES + 2,
+    RN_ALIGN_BANK = 9,       /* winds without lines that are always tried */
+    RN_ALIGN_FILTERS = RN_ALIGN_BANK + 1,
+    RN_ALIGN_READING = 27,   /* rotation 4, velocity 3, d velocity / d accel bias 9, d velocity / d gyro bias 9, z 2 */
+    RN_ALIGN_RECORD = 600,   /* readings kept: the longest window, 60 s at the shortest period */
+    RN_ALIGN_SNAPSHOTS = 7,
+    RN_ALIGN_SAMPLES = 100   /* rows of an averaged window */
+};
+
+/* What is known before the start: SI and radians. */
+typedef struct {
+    real period;                            /* s between readings */
+    real latitude;                          /* rad */
+    real gravity;                           /* m/s^2 */
+    real gyro_density, gyro_bias_sd, gyro_bias_walk;    /* rad/s/sqrt(Hz), rad/s, rad/s/sqrt(s) */
+    real accel_density, accel_bias_sd, accel_bias_walk; /* m/s^2/sqrt(Hz), m/s^2, m/s^2/sqrt(s) */
+    real reference_sd;                      /* m/s, white noise of the reference velocity */
+    real gust_sd, gust_share;               /* m/s and how often */
+} RN(align_setup);
+
+/* A wind: a first-order Markov part and lines of roughly known frequency. */
+typedef struct {
+    real markov_sd, markov_time;            /* m/s, s */
+    int lines;
+    real omega[RN_ALIGN_LINES], omega_sd[RN_ALIGN_LINES]; /* rad/s */
+} RN(align_wind);
+
+/* Level attitude and what goes with it, in the wander frame. */
+typedef struct {
+    real q[4];    /* body to wander frame */
+    real v[2];    /* m/s: velocity of the base and mean wind */
+    real gyro_bias[3], accel_bias[3];
+    real rate[2]; /* rad/s, horizontal Earth rate */
+} RN(align_core);
+
+typedef struct {
+    RN(align_wind) wind;
+    RN(align_core) core;
+    real d[5 * RN_ALIGN_LINES + 2]; /* lines, then Markov */
+    int n;
+    real P[RN_ALIGN_STATES * RN_ALIGN_STATES]; /* n x n, row after row */
+    real log_likelihood; /* of the last reading */
+    real misfit;         /* squared normalised innovation of the last reading times its weight; 2 expected */
+} RN(align_filter);
+
+/* Heading and tilt of one filter, given that the horizontal Earth rate has its known length. */
+typedef struct {
+    real q[4];             /* wander attitude the tilt refers to */
+    real tilt[2];          /* mean turn left to apply about x, y of the wander frame, rad */
+    real tilt_cov[3];      /* xx, xy, yy, rad^2 */
+    real heading;          /* of the body's forward axis, rad */
+    real heading_var;      /* rad^2 */
+    real concentration;    /* length of the mean heading vector: 0 nothing known, 1 known exactly */
+    real gyro_bias[3], accel_bias[3];
+    real wind[2];          /* m/s */
+} RN(align_answer);
+
+typedef struct {
+    RN(align_core) core;
+    real P[RN_ALIGN_CORE * RN_ALIGN_CORE];
+    real score;
+} RN(align_snapshot);
+
+/* Lines in a window: evidence of the best set. */
+typedef struct {
+    real evidence;
+    int lines;
+    real omega[RN_ALIGN_LINES], omega_sd[RN_ALIGN_LINES];
+} RN(align_spectrum);
+
+typedef struct {
+    real A[5 + 2 * RN_ALIGN_LINES][RN_ALIGN_SAMPLES]; /* whitened columns */
+    real G[5 + 2 * RN_ALIGN_LINES][5 + 2 * RN_ALIGN_LINES], b[5 + 2 * RN_ALIGN_LINES][2];
+    real precision[5 + 2 * RN_ALIGN_LINES];
+    real r[2][RN_ALIGN_SAMPLES], weight[RN_ALIGN_SAMPLES];
+    real white[2][RN_ALIGN_SAMPLES]; /* r whitened */
+    real gain[RN_ALIGN_SAMPLES], scale[RN_ALIGN_SAMPLES], decay;
+    real poly_sd[5];
+    real period, noise_sd;
+    int n;
+} RN(align_window);
+
+typedef struct {
+    RN(align_setup) setup;
+    int count;                                  /* readings so far */
+    int next;                                   /* count at which the wind is identified again */
+    int has_lines;
+    real record[RN_ALIGN_RECORD][RN_ALIGN_READING];
+    real line_history[RN_ALIGN_RECORD];         /* log likelihood of the line filter */
+    RN(align_filter) filter[RN_ALIGN_FILTERS], trial; /* the bank, then the one with lines */
+    real score[RN_ALIGN_FILTERS];
+    real fit;                                   /* smoothed misfit of the line filter */
+    real q0[4];                                 /* coarse start */
+    RN(align_snapshot) snapshot[RN_ALIGN_SNAPSHOTS];
+    RN(align_window) window;
+} RN(align);
+
+/* rn_align_filter.c */
+void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const real *q0, const real *v0);
+void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_wind) * w, const RN(align_snapshot) * from);
+void RN(align_filter_motion)(RN(align_filter) * f, const RN(align_setup) * s, const real *reading); /* state only */
+void RN(align_filter_predict)(RN(align_filter) * f, const RN(align_setup) * s, const real *reading);
+void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, const real *z);
+
+/* rn_align_heading.c */
+void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) * s, RN(align_answer) * out);
+void RN(align_mix)(const RN(align_answer) * in, const real *weight, int count, RN(align_answer) * out);
+
+/* rn_align_lines.c */
+real RN(align_whiten)(RN(align_window) * w, real markov_sd, real markov_time);
+void RN(align_search)(RN(align_window) * w, real markov_sd, real markov_time, real goal, RN(align_spectrum) * found);
+
+/* rn_align.c */
+void RN(align_level)(const real *readings, int count, real *q0);
+int RN(align_start)(RN(align) * a, const RN(align_setup) * s); /* -1 unless the period is 0.1 to 0.5 s */
+void RN(align_step)(RN(align) * a, const real *reading);
+int RN(align_read)(const RN(align) * a, RN(align_answer) * out); /* 0 before the first two seconds are over */
+
+#endif
