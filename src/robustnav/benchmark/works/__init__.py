@@ -1,7 +1,15 @@
 """The kinds of work that are timed, one file each; a new one joins the list here."""
 
 from robustnav.benchmark.timing import Work
-from robustnav.benchmark.works import attitude_batch, attitude_call, ekf_step, range_update, snapshot, ukf_step
+from robustnav.benchmark.works import (
+    attitude_batch,
+    attitude_call,
+    ekf_step,
+    range_update,
+    snapshot,
+    strapdown,
+    ukf_step,
+)
 
 WORKS: tuple[Work, ...] = (
     attitude_batch.WORK,
@@ -10,4 +18,5 @@ WORKS: tuple[Work, ...] = (
     ukf_step.WORK,
     range_update.WORK,
     snapshot.WORK,
+    strapdown.WORK,
 )
