@@ -13,7 +13,8 @@ from robustnav.records import BoolArray, IntArray
 from robustnav.snapshot.window import Minimum, WindowReadings, robust_cost, robust_minima
 
 REFUSED_NIS = 8.8  # a reading with its stated noise exceeds it in 0.3 %: off, whatever rule weighs it
-RIVAL = 4.5  # a minimum whose cost is within this of the lowest: chi-square difference of 9
+RIVAL = 4.5  # a minimum whose cost an anchor is within this of the lowest: chi-square difference of 9
+LASTING = 3.0  # s, for which the error of a range lasts: readings of an anchor within it repeat each other
 BETTER = 10.0  # what a new place must gain in cost over the track
 
 
@@ -119,6 +120,28 @@ def places(
     if not found or np.sqrt(np.trace(found[0].P)) > settings.limit_sd:
         return []
     return found
+
+
+def rivals(events: Events, rows: slice, found: list[Minimum]) -> list[Minimum]:
+    """Return the places beside the likeliest that some rows do not rule out, with costs as if each anchor spoke once.
+
+    Errors of ranges last longer than a window, so many readings of one anchor weigh little more than one.
+    """
+    share = events.anchors(rows) / (rows.stop - rows.start)
+    return [
+        m._replace(cost=share * (m.cost - found[0].cost)) for m in found[1:] if share * (m.cost - found[0].cost) < RIVAL
+    ]
+
+
+def news_of(readings: Ranges | RangeDifferences) -> Array:
+    """Return what share (n,) of each reading is news: how long its anchors were silent, of the time an error lasts."""
+    ends = [readings.anchor] if isinstance(readings, Ranges) else [readings.first, readings.second]
+    key = np.stack(ends, axis=1)
+    order = np.lexsort((np.arange(len(key)), *key.T))
+    again = (np.diff(key[order], axis=0) == 0).all(axis=1)
+    silent = np.full(len(key), np.inf)
+    silent[order[1:]] = np.where(again, np.diff(readings.t[order]), np.inf)
+    return np.minimum(silent / LASTING, 1.0)
 
 
 def track_cost(events: Events, rows: slice, down: tuple[float, float] | None, p: Array, v: Array) -> float:

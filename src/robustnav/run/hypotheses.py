@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from robustnav.run.loop import Start, stream
 from robustnav.run.tracking_task import RANGING, TrackingTask
 from robustnav.snapshot.window import DEGREES_OF_FREEDOM
 
-SETTLED = 9.0  # difference of costs at which one hypothesis is taken for true: odds of 1 to 8000
+SAID = tuple(field.name for field in fields(SensorSeen))
+MERGED = 0.3  # standard deviations between two ways that are one
+SETTLED = 4.5  # difference of costs at which one hypothesis is taken for true: chi-square difference of 9
 CLEARLY = 0.5  # the second hypothesis is shown only while it is ahead by this much
 
 
@@ -47,7 +49,8 @@ class Leg:
     """From one start to the next, rows ``row`` to ``stop`` (exclusive), on one way or two.
 
     ``lead`` (m,) is by how much the first way's readings cost less than the second's; at row ``end`` it is settled,
-    ``end == n`` if never.  ``continues`` says that the first way goes on where the last leg led.
+    ``end == n`` if never; ``merged`` says that the two ways came together there.  ``continues`` says that the first way
+    goes on where the last leg led.
     """
 
     row: int
@@ -56,6 +59,7 @@ class Leg:
     lead: Array
     end: int
     continues: bool = False
+    merged: bool = False
 
     @classmethod
     def begin(
@@ -67,10 +71,11 @@ class Leg:
         if len(ways) == 1:
             return cls(row, n, ways, np.full(n - row, np.inf), row, continues)
         lead = _evidence(task, row, ways[1]) - _evidence(task, row, ways[0]) + handicap
-        clear = np.flatnonzero(np.abs(lead[1:]) >= SETTLED) + 1
+        same = _same(task, *ways)
+        clear = np.flatnonzero((np.abs(lead) >= SETTLED)[1:] | same[1:]) + 1
         end = row + int(clear[0]) if clear.size else n
-        lead[end - row :] = np.inf if end < n and lead[end - row] > 0 else -np.inf
-        return cls(row, n, ways, lead, end, continues)
+        lead[end - row :] = np.inf if end < n and (same[end - row] or lead[end - row] > 0) else -np.inf
+        return cls(row, n, ways, lead, end, continues, merged=end < n and bool(same[end - row]))
 
     @property
     def settled(self) -> bool:
@@ -123,7 +128,7 @@ class Leg:
                 continue
             rows = np.clip(np.searchsorted(t, at) - self.row, 0, len(self.lead) - 1)
             s = self.second()[rows]
-            arrays = [(getattr(one, name), getattr(two, name)) for name in ("nu", "s", "nis", "weight")]
+            arrays = [(getattr(one, name), getattr(two, name)) for name in SAID]
             out.append(SensorSeen(*(np.where(s if a.ndim == 1 else s[:, None], b, a) for a, b in arrays)))
         return tuple(out)
 
@@ -161,6 +166,17 @@ def smoothed(task: TrackingTask, legs: Sequence[Leg]) -> tuple[Array, Array]:
     return x, P
 
 
+def _same(task: TrackingTask, one: Way, two: Way) -> BoolArray:
+    """Return where (m,) two ways have come together."""
+    slices, sd = task.estimator.model.error_slices, np.sqrt(np.diagonal(unpack(one.P), axis1=-2, axis2=-1))
+    near = [
+        np.linalg.norm((two.x - one.x)[:, p], axis=1) < MERGED * sd[:, p].min(axis=1)
+        for p in (slices["p_n"], slices["v_n"])
+    ]
+    out: BoolArray = near[0] & near[1]
+    return out
+
+
 def _evidence(task: TrackingTask, row: int, way: Way) -> Array:
     """Return the cost of the readings behind a row for a way, summed up to each of its rows (m,)."""
     t = task.feed.t[row:]
@@ -173,6 +189,7 @@ def _evidence(task: TrackingTask, row: int, way: Way) -> Array:
             continue
         nu = DEGREES_OF_FREEDOM
         cost = 0.5 * (nu + 1) * np.log1p(one.nis / nu) + 0.5 * np.log(one.s).sum(axis=1)
+        cost = cost * task.news[j]
         use = (data.t > t[0]) & (data.t <= t[-1]) & np.isfinite(cost)
         np.add.at(out, np.searchsorted(t, data.t[use]), cost[use])
     total: Array = np.cumsum(out)

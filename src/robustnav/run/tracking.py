@@ -13,10 +13,10 @@ from robustnav.filter.steps import unpack
 from robustnav.filter.weighting import Rule
 from robustnav.model.blocks import Model
 from robustnav.records import Log, Run, Stream
-from robustnav.run.acquisition import BETTER, REFUSED_NIS, RIVAL, Acquisition, lost_at, places, track_cost
+from robustnav.run.acquisition import BETTER, REFUSED_NIS, Acquisition, lost_at, places, rivals, track_cost
 from robustnav.run.estimators import EKF, UKF
 from robustnav.run.feed import broken, deviations, events_of, innovations_of, settings_of
-from robustnav.run.hypotheses import Leg, smoothed
+from robustnav.run.hypotheses import SAID, Leg, smoothed
 from robustnav.run.loop import Start
 from robustnav.run.tracking_task import RANGING, Readings, Source, TrackingTask
 from robustnav.snapshot.window import Minimum
@@ -94,9 +94,10 @@ class _Course:
 
     def set_out(self, row: int, found: list[Minimum]) -> None:
         """Begin a leg at the likeliest place, and beside it at its rival if there is one."""
-        rivals = [m for m in found[1:] if m.cost - found[0].cost < RIVAL][:1]
-        starts = [self.task.start(m) for m in (found[0], *rivals)]
-        self._add(Leg.begin(self.task, row, starts, rivals[0].cost - found[0].cost if rivals else 0.0))
+        events, t = self.task.events, self.task.feed.t[row]
+        others = rivals(events, events.between(t - self.task.tau, t), found)[:1]
+        starts = [self.task.start(m) for m in (found[0], *others)]
+        self._add(Leg.begin(self.task, row, starts, others[0].cost if others else 0.0))
 
     def go_on(self) -> bool:
         """Begin the next leg where the last one is lost or passes the anchors' plane; return whether there is one."""
@@ -125,7 +126,7 @@ class _Course:
             if at is None or mine is None or new is None:
                 continue
             later = at > t[leg.row]
-            for name in ("nu", "s", "nis", "weight"):
+            for name in SAID:
                 getattr(mine, name)[later] = getattr(new, name)[later]
 
     def _lost(self, leg: Leg, before: int | None) -> tuple[int, list[Minimum]] | None:
@@ -150,15 +151,23 @@ class _Course:
         return None
 
     def _passes(self, leg: Leg) -> int | None:
-        """Return the next row at which a tag on one way may pass to the other side of the anchors' plane, or None."""
-        t = self.task.feed.t
-        settled = max(leg.end, leg.row)
-        if settled >= len(t) - 1:
-            return None
-        begin = int(np.searchsorted(t, t[settled] + self.task.tau, side="right"))
-        x, P = leg.shown(slice(begin - leg.row, None))
-        beside = np.flatnonzero(self.task.beside_plane(x, unpack(P)))
-        return begin + int(beside[0]) if beside.size else None
+        """Return the next row at which a tag may be on the other side of the anchors' plane unnoticed, or None.
+
+        Beside the plane it may, also where two ways come back to it; and where two ways came together, once.
+        """
+        t, last = self.task.feed.t, len(self.task.feed.t) - 1
+        x, P = leg.shown(slice(None))
+        rows = self.task.beside_plane(x, unpack(P))
+        if len(leg.ways) == 2:
+            later = t[leg.row :] >= t[min(leg.end, last)] + self.task.tau
+            again = np.logical_or.accumulate(~rows) & rows
+            rows = again | (later & (rows | (leg.merged and not self._looked_twice())))
+        rows[0] &= len(leg.ways) == 1
+        rows[-1] = False
+        return leg.row + int(np.argmax(rows)) if rows.any() else None
+
+    def _looked_twice(self) -> bool:
+        return len(self.legs) > 1 and self.legs[-2].merged and self.legs[-2].settled and self.legs[-1].continues
 
     def _ranging(self) -> list[SensorSeen]:
         names = [s.name for s in self.task.estimator.model.sensors]

@@ -13,7 +13,7 @@ from robustnav.frames import Array
 from robustnav.model.blocks import Model
 from robustnav.ranging import RangeDifferences, Ranges
 from robustnav.records import BoolArray, IntArray, Log, Stream
-from robustnav.run.acquisition import Acquisition, Events, places, span
+from robustnav.run.acquisition import Acquisition, Events, news_of, places, span
 from robustnav.run.estimators import EKF, UKF
 from robustnav.run.feed import Feed, feed_of
 from robustnav.run.loop import Start
@@ -72,7 +72,7 @@ class TrackingTask:
     settings: Acquisition
     tau: float
     plane: Plane
-    sd: float
+    news: dict[int, Array]
     backend: str
 
     @classmethod
@@ -106,9 +106,10 @@ class TrackingTask:
         log = replace(source.log, streams=streams) if source.log is not None else Log(streams, "ranges")
         order = np.argsort(np.concatenate([p.t for p in parts]), kind="stable")
         plane = Plane.of(np.unique(np.vstack([one.anchors.p_a for one in tables]), axis=0))
-        tau, sd = span(events, settings), float(parts[0].sd[0])
+        tau = span(events, settings)
+        news = {model.sensor_index(RANGING[isinstance(one, RangeDifferences)]): news_of(one) for one in tables}
         feed = _with_pauses(feed_of(model, log), estimator.longest_step if isinstance(estimator, EKF) else np.inf)
-        return cls(estimator, log, feed, events, order, down, settings, tau, plane, sd, backend)
+        return cls(estimator, log, feed, events, order, down, settings, tau, plane, news, backend)
 
     def first_place(self) -> tuple[int, list[Minimum]]:
         """Return the first row at which readings tell a position, and the places it may be.
@@ -162,16 +163,14 @@ class TrackingTask:
     def beside_plane(self, x: Array, P: Array) -> BoolArray:
         """Return where states (n, nx) with covariances (n, ne, ne) may be on either side of the anchors' plane.
 
-        There the plane is within three standard deviations, and so near that a reading does not tell the sides apart.
+        There the plane, and the anchors beside it, are within three standard deviations.
         """
         part = self.estimator.model.state_slices["p_n"]
         if self.down is not None or part.stop - part.start == 2:
             return np.zeros(len(x), bool)
-        off = x[:, part] - self.plane.point
-        height = off @ self.plane.normal
+        height = (x[:, part] - self.plane.point) @ self.plane.normal
         doubt = 3 * np.sqrt(np.einsum("i,nij,j->n", self.plane.normal, P[:, part, part], self.plane.normal))
-        far = np.linalg.norm(off, axis=1) + 1e-9
-        out: BoolArray = (np.abs(height) < doubt) & (2 * doubt * self.plane.spread < self.sd * far)
+        out: BoolArray = (np.abs(height) < doubt) & (self.plane.spread < doubt)
         return out
 
     def place(self, x: Array) -> Array:
