@@ -17,7 +17,7 @@ from robustnav.filter.weighting import Rule, StudentT
 from robustnav.frames import Array
 from robustnav.model.blocks import Model
 from robustnav.records import IntArray, Log, Run
-from robustnav.run.estimators import EKF, H2, UKF
+from robustnav.run.estimators import EKF, UKF
 from robustnav.run.feed import Feed, broken, deviations, events_of, feed_of, innovations_of, settings_of
 from robustnav.run.loop import Start, stream
 
@@ -41,12 +41,12 @@ def smooth(estimator: EKF | UKF, log: Log, start: Start, *, backend: str = "auto
 
     Raises
     ------
-    InputError : as for ``run``; a constant gain; no input sample that is whole.
+    InputError : as for ``run``; another estimator, a constant gain for one; no input sample that is whole.
     EstimatorError : the filter's covariance broke.
     """
-    if isinstance(estimator, H2):
+    if not isinstance(estimator, EKF | UKF):
         expected = "EKF or UKF: a smoother goes back over their covariances"
-        raise InputError("smoother", got=f"{estimator.name}, a constant gain", expected=expected)
+        raise InputError("smoother", got=getattr(estimator, "name", str(estimator)), expected=expected)
     model, feed = estimator.model, feed_of(estimator.model, log)
     there = _there(estimator, feed, start, backend, log.source)
     x, P = there.back()
