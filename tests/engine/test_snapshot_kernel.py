@@ -11,6 +11,7 @@ from robustnav.engine import _kernel
 from robustnav.engine.snapshot import VERDICTS, Layout, solve, solve_many
 from robustnav.errors import InputError
 from robustnav.snapshot import Height, Options, solve_differences, solve_ranges
+from robustnav.snapshot.words import CAUSES
 
 KINDS = pytest.mark.parametrize("kind", ["ranges", "differences"])
 ROOM = np.array([[x, y, z] for x in (0.0, 10.0) for y in (0.0, 8.0) for z in (0.0, 3.0)])
@@ -83,6 +84,7 @@ def off(slow, fast):
     out["others"] = 0.0 if same_infinity and same_suspects and same_count else np.inf
     for a, b in zip(slow.alternatives, fast.alternatives, strict=False):
         out["alternative"] = max(out.get("alternative", 0), np.abs(a.position - b.position).max() / sd)
+    out["no plane"] = 0.0 if (slow.plane is None) == (fast.plane is None) else np.inf
     if slow.plane is not None and fast.plane is not None:
         out["plane"] = abs(slow.plane.distance - fast.plane.distance) / sd
     return out
@@ -128,6 +130,43 @@ def test_degenerate_readings_get_the_same_reason(pairs):
     assert np.mean([cause(a) == cause(b) for a, b in degenerate]) > 0.93
     sds = np.array([(a.weak.sd, b.weak.sd) for a, b in degenerate])
     assert np.mean(np.isclose(*sds.T, rtol=1e-3, atol=0.0)) > 0.85
+
+
+def test_open_directions_are_drawn_out_alike():
+    """A small rig seen from far away, a row of anchors, a tag on an anchor: what is weak is measured on the cost."""
+    rng = np.random.default_rng(19)
+    cases = []
+    for far in np.geomspace(4, 200, 24):
+        for kind in ("ranges", "differences"):
+            anchors = rng.uniform(-0.75, 0.75, (7, 3))
+            cases.append(SimpleNamespace(anchors=anchors, tag=far * np.array([0.6, 0.64, 0.48]), kind=kind))
+    for kind in ("ranges", "differences"):
+        row = np.outer(np.arange(5.0), [1.0, 0.5, 0.2])
+        cases.append(SimpleNamespace(anchors=row, tag=np.array([2.0, 3.0, 1.0]), kind=kind))
+    on = SimpleNamespace(anchors=rng.uniform(-5, 5, (4, 2)), kind="ranges")
+    on.tag = on.anchors[0]
+    cases += [on] * 12
+    seen, infinite, apart = set(), 0, 0
+    for case in cases:
+        case.sd, case.height = 0.1, None
+        slow, fast = both(readings_of(rng, case))
+        if "degenerate" not in (slow.verdict, fast.verdict):
+            continue
+        causes = [
+            s.verdict if s.verdict != "degenerate" else s.reason.split(": ")[1].split(";")[0].rstrip(".")
+            for s in (slow, fast)
+        ]
+        if causes[0] != causes[1]:
+            apart += 1  # one of two searches did not settle, or ran off further
+            continue
+        seen.add(causes[0])
+        infinite += np.isinf(slow.weak.sd)
+        assert fast.weak.sd == pytest.approx(slow.weak.sd, rel=1e-4)
+        finite = np.isfinite(slow.covariance).all()
+        sd = np.sqrt(slow.covariance.diagonal().max()) if finite else 1.0
+        np.testing.assert_allclose(fast.covariance / sd**2, slow.covariance / sd**2, atol=1e-3)
+    assert infinite > 3 and apart <= 12
+    assert seen >= {CAUSES[name] for name in ("singular", "gdop", "bent", "merged", "on anchor")}
 
 
 @pytest.mark.parametrize("repair", ["exclude", "student", "huber"])
