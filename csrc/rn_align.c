@@ -16,7 +16,7 @@ static const real REFIT_UNTIL = R(40.0); /* s: until then new lines always repla
 static const real ABSENT = R(1e9);       /* oddness of a missing reading */
 static const real HEALTHY = R(2.6);      /* smoothed misfit, 2 expected */
 
-/* Winds of the bank: Markov sd [m/s] and time [s], and the log of how much less likely they are at the start.  The first
+/* Winds of the bank: Markov sd [m/s] and time [s], and the log of how much rarer they are.  The first
  * LEVELS are also tried as the noise around lines.  Slow winds look like tilt: they must earn their place. */
 static const real BANK[RN_ALIGN_BANK][3] = {
     {R(0.0), R(4.0), R(0.0)},   {R(0.1), R(2.0), R(0.0)},   {R(0.2), R(4.0), R(0.0)},
@@ -132,7 +132,7 @@ static void start_filters(RN(align) * a)
     for (int i = 0; i < RN_ALIGN_BANK; i++) {
         const RN(align_wind) wind = {BANK[i][0], BANK[i][1], 0, {R(0.0)}, {R(0.0)}};
         RN(align_filter_start)(&a->filter[i], &a->setup, &wind, a->q0, v0);
-        a->score[i] = replay(a, &a->filter[i], 0, count, -BANK[i][2], &total);
+        a->score[i] = replay(a, &a->filter[i], 0, count, R(0.0), &total);
     }
 }
 
@@ -242,11 +242,14 @@ static void propose(RN(align) * a, int start)
     for (int k = start; k < now; k++) a->line_history[k % RN_ALIGN_RECORD] = total / (real)(now - start);
 }
 
+/* Log weight of filter i. */
+static real merit(const RN(align) * a, int i) { return i < LINES ? a->score[i] - BANK[i][2] : a->score[i]; }
+
 static int leading(const RN(align) * a)
 {
     int best = 0;
     for (int i = 1; i < RN_ALIGN_BANK + a->has_lines; i++) {
-        if (a->score[i] > a->score[best]) best = i;
+        if (merit(a, i) > merit(a, best)) best = i;
     }
     return best;
 }
@@ -275,7 +278,8 @@ static void check(RN(align) * a)
 
 int RN(align_start)(RN(align) * a, const RN(align_setup) * s)
 {
-    if (!(s->period > R(0.0999) && s->period < R(0.5001))) return -1;
+    const real rate = R(1.0) / s->period;
+    if (!(rate > R(1.999) && rate < R(10.001)) || rn_abs(rate - rn_floor(rate + R(0.5))) > R(1e-3)) return -1;
     memset(a, 0, sizeof *a);
     a->setup = *s;
     a->next = steps(a, FIRST_TIME);
@@ -316,12 +320,12 @@ static void weigh(const RN(align) * a, real *weight)
     int first = 1;
     for (int i = 0; i < active; i++) {
         if (broad_only && i < LINES && BANK[i][0] < BROAD_SD) continue;
-        if (first || a->score[i] > top) top = a->score[i];
+        if (first || merit(a, i) > top) top = merit(a, i);
         first = 0;
     }
     for (int i = 0; i < RN_ALIGN_FILTERS; i++) {
-        const int silent = i >= active || (broad_only && BANK[i][0] < BROAD_SD) || a->score[i] < top - R(20.0);
-        weight[i] = silent ? R(0.0) : rn_exp(a->score[i] - top);
+        const int silent = i >= active || (broad_only && BANK[i][0] < BROAD_SD) || merit(a, i) < top - R(20.0);
+        weight[i] = silent ? R(0.0) : rn_exp(merit(a, i) - top);
         sum += weight[i];
     }
     for (int i = 0; i < RN_ALIGN_FILTERS; i++) weight[i] /= sum;

@@ -133,7 +133,7 @@ void RN(align_search)(RN(align_window) * w, real markov_sd, real markov_time, re
 
 /* rn_align.c */
 void RN(align_level)(const real *readings, int count, real *q0);
-int RN(align_start)(RN(align) * a, const RN(align_setup) * s); /* -1 unless the period is 0.1 to 0.5 s */
+int RN(align_start)(RN(align) * a, const RN(align_setup) * s); /* -1 unless 2 to 10 readings, a whole number, make a second */
 void RN(align_step)(RN(align) * a, const real *reading);
 int RN(align_read)(const RN(align) * a, RN(align_answer) * out); /* 0 before the first two seconds are over */
 

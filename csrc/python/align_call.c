@@ -33,7 +33,7 @@ PyObject *rn_align_begin_call(PyObject *module, PyObject *args)
     if (!state) return PyErr_NoMemory();
     PyObject *capsule = NULL;
     if ((single ? rn_align_begin_float : rn_align_begin_double)(state, setup)) {
-        PyErr_SetString(PyExc_ValueError, "setup: expected a period of 0.1 to 0.5 s");
+        PyErr_SetString(PyExc_ValueError, "setup: expected 2 to 10 readings a second, a whole number");
     } else {
         capsule = PyCapsule_New(state, NAMES[single], forget);
     }

@@ -1,1 +1,8 @@
-"""Initial alignment of a strapdown unit on a swaying, disturbed carrier."""
+"""Initial alignment of a strapdown unit at rest on a swaying, wind-disturbed carrier: no prior, no known wind."""
+
+from robustnav.alignment.align import Alignment, align
+from robustnav.alignment.bank import Aligner
+from robustnav.alignment.increments import Increments, reading_rows
+from robustnav.alignment.setting import AlignSetup, Wind
+
+__all__ = ["AlignSetup", "Aligner", "Alignment", "Increments", "Wind", "align", "reading_rows"]

@@ -1,0 +1,139 @@
+"""What is known before an alignment starts: place, sensors and how the reference velocity is disturbed."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+from math import cos, isfinite, pi, sqrt
+
+import numpy as np
+
+from robustnav.earth import EARTH_RATE, normal_gravity
+from robustnav.errors import InputError
+from robustnav.frames import Array
+
+SHORTEST_PERIOD, LONGEST_PERIOD = 0.1, 0.5  # s: the record holds 600 readings and must cover 60 s
+
+
+@dataclass(frozen=True)
+class AlignSetup:
+    """Place, sensors and reference of one alignment.
+
+    Parameters
+    ----------
+    period : time between readings [s], 0.1 to 0.5, a whole number of them to the second.
+    latitude : geodetic [rad]; within 85 degrees, nearer the poles gyros cannot find north.
+    gravity : [m/s^2].
+    gyro_density, accel_density : white noise, two-sided [rad/s/sqrt(Hz)], [m/s^2/sqrt(Hz)].
+    gyro_bias_sd, accel_bias_sd : of each axis at the start [rad/s], [m/s^2].
+    gyro_bias_walk, accel_bias_walk : random walk of the biases [rad/s/sqrt(s)], [m/s^2/sqrt(s)].
+    reference_sd : white noise of the reference velocity, each axis and reading [m/s].
+    gust_sd, gust_share : readings hit by a gust [m/s] and their share, 0 to below 1.
+
+    Raises
+    ------
+    InputError : a number that is not finite, not positive (``gust_share`` may be 0), or outside its range.
+    """
+
+    period: float
+    latitude: float
+    gravity: float
+    gyro_density: float
+    gyro_bias_sd: float
+    gyro_bias_walk: float
+    accel_density: float
+    accel_bias_sd: float
+    accel_bias_walk: float
+    reference_sd: float
+    gust_sd: float
+    gust_share: float
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            low = name not in ("latitude", "gust_share") and not value > 0
+            if not isfinite(value) or low:
+                raise InputError(f"alignment setup {name}", got=f"{value}", expected="a positive number")
+        if not SHORTEST_PERIOD <= self.period <= LONGEST_PERIOD or abs(round(1 / self.period) * self.period - 1) > 1e-6:
+            raise InputError(
+                "alignment setup period",
+                got=f"{self.period} s",
+                expected=f"{SHORTEST_PERIOD} to {LONGEST_PERIOD} s, a whole number to the second",
+                do="pre-integrate the inertial samples over about 0.1 s",
+            )
+        if not abs(self.latitude) <= 85 * pi / 180:
+            raise InputError("alignment setup latitude", got=f"{self.latitude} rad", expected="-85 to 85 degrees")
+        if not 0 <= self.gust_share < 1:
+            raise InputError("alignment setup gust_share", got=f"{self.gust_share}", expected="0 to below 1")
+
+    @classmethod
+    def published(cls, gyro_rms: float, accel_rms: float, latitude: float) -> AlignSetup:
+        """Return the setting of the published study for sensors of the given grade.
+
+        One rms stands for the constant bias, the Markov bias (3600 s gyro, 1800 s accelerometer) and the white noise
+        of each 1 ms sample, on every axis; Wu, Wang and Zhu, AASRI Procedia 9 (2014), section 4.
+
+        Parameters
+        ----------
+        gyro_rms, accel_rms : [rad/s], [m/s^2].
+        latitude : [rad].
+        """
+        return cls(
+            period=0.1,
+            latitude=latitude,
+            gravity=normal_gravity(latitude),
+            gyro_density=gyro_rms * sqrt(1e-3),
+            gyro_bias_sd=gyro_rms * sqrt(2),
+            gyro_bias_walk=gyro_rms * sqrt(2 / 3600),
+            accel_density=accel_rms * sqrt(1e-3),
+            accel_bias_sd=accel_rms * sqrt(2),
+            accel_bias_walk=accel_rms * sqrt(2 / 1800),
+            reference_sd=0.05,
+            gust_sd=3.0,
+            gust_share=0.05,
+        )
+
+    @property
+    def numbers(self) -> Array:
+        """The twelve numbers in the order of the C structure."""
+        return np.array(astuple(self))
+
+    @property
+    def horizontal_earth_rate(self) -> float:
+        """Length of the horizontal part of the Earth's rotation [rad/s]."""
+        return EARTH_RATE * cos(self.latitude)
+
+    @property
+    def heading_floor(self) -> float:
+        """Heading sd [rad] that the gyro bias alone leaves: bias / (Earth rate, horizontal)."""
+        return self.gyro_bias_sd / self.horizontal_earth_rate
+
+
+@dataclass(frozen=True)
+class Wind:
+    """A disturbance of the reference velocity, north and east alike.
+
+    ``markov_sd`` [m/s] and ``markov_time`` [s] of a first-order Markov part; ``omega`` and ``omega_sd`` [rad/s], the
+    frequencies of up to five lines and how well each is known.
+    """
+
+    markov_sd: float
+    markov_time: float
+    omega: tuple[float, ...] = ()
+    omega_sd: tuple[float, ...] = ()
+
+
+# Winds without lines that are always tried, and the log of how much rarer each is: slow ones look like tilt, they must
+# earn their place.  The first LEVELS, quiet to loud, are also tried as the noise around lines.
+BANK = (
+    Wind(0.0, 4.0),
+    Wind(0.1, 2.0),
+    Wind(0.2, 4.0),
+    Wind(0.5, 4.0),
+    Wind(1.5, 4.0),
+    Wind(0.5, 1.0),
+    Wind(0.15, 16.0),
+    Wind(0.4, 16.0),
+    Wind(1.0, 16.0),
+)
+RARER = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0])
+LEVELS = 5
+MOST_LINES = 5
