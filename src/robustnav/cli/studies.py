@@ -57,6 +57,48 @@ def attitude(
     say(f"\nreport: {page}")
 
 
+@demo.command
+def uwb(
+    *,
+    out: Path = Path("out/uwb"),
+    seeds: int = 500,
+    seed: int = 1,
+    json: Flag = False,
+    quiet: Flag = False,
+) -> None:
+    """Run the ranging study: a quadcopter among anchors, filters beside their bound, outliers, outages, doubt.
+
+    Parameters
+    ----------
+    out
+        Folder for report.html and results.json.
+    seeds
+        Independent runs a scenario.
+    seed
+        Fixes every random number.
+    json
+        Print results.json instead of tables.
+    quiet
+        No progress bar.
+    """
+    from robustnav.studies.uwb import COLOURED, OWN, doubt_rows, results, rows_of, steps_of, uwb_study
+    from robustnav.studies.uwb_report import goal_rows, write_study
+
+    with progress("ranging study", steps_of(seeds), quiet=quiet) as step:
+        study = uwb_study(seeds, seed, step)
+    page = write_study(study, out, f"robustnav demo uwb --seeds {seeds} --seed {seed}")
+    if json:
+        say_json(results(study))
+        note(f"report: {page}")
+        return
+    tables = {OWN: study.own.figures, COLOURED: study.coloured.figures}
+    for name, figures in (tables | {k: v.figures for k, v in study.scenarios.items()}).items():
+        say_table(f"{name[0].upper()}{name[1:]}", rows_of(figures))
+    say_table("Layouts that leave doubt", doubt_rows(study))
+    say_table("Goals", goal_rows(study))
+    say(f"\nreport: {page}")
+
+
 def simulate(
     *,
     motion: Motion = "case-one",

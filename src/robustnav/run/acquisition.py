@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robustnav.engine import snapshot_window
 from robustnav.errors import InputError
 from robustnav.frames import Array
 from robustnav.ranging import RangeDifferences, Ranges
@@ -14,6 +15,7 @@ from robustnav.snapshot.window import Minimum, WindowReadings, robust_cost, robu
 
 REFUSED_NIS = 8.8  # a reading with its stated noise exceeds it in 0.3 %: off, whatever rule weighs it
 RIVAL = 4.5  # a minimum whose cost an anchor is within this of the lowest: chi-square difference of 9
+SILENCE = 4.0  # windows without a reading after which a filter's place is looked at again
 LASTING = 3.0  # s, for which the error of a range lasts: readings of an anchor within it repeat each other
 BETTER = 10.0  # what a new place must gain in cost over the track
 
@@ -57,7 +59,10 @@ class Acquisition:
 
 @dataclass(frozen=True)
 class Events:
-    """Ranging readings of all kinds in time order: columns of ``WindowReadings`` with stamps ``t`` (n,) [s]."""
+    """Ranging readings of all kinds in time order: columns of ``WindowReadings`` with stamps ``t`` (n,) [s].
+
+    ``down`` is the third coordinate of the tag and its sd [m], or None.
+    """
 
     t: Array
     value: Array
@@ -65,6 +70,7 @@ class Events:
     second: Array
     pairs: BoolArray
     sd: Array
+    down: tuple[float, float] | None = None
 
     @classmethod
     def of(cls, readings: Ranges | RangeDifferences, sd: float) -> Events:
@@ -78,21 +84,22 @@ class Events:
         return cls(readings.t, readings.difference, first, second, np.ones(n, bool), np.full(n, sd))
 
     @classmethod
-    def joined(cls, parts: list[Events]) -> Events:
-        """Return all parts in time order."""
+    def joined(cls, parts: list[Events], down: tuple[float, float] | None) -> Events:
+        """Return all parts in time order, with what is known of the third coordinate."""
         t = np.concatenate([p.t for p in parts])
         order = np.argsort(t, kind="stable")
-        names = ("t", "value", "first", "second", "pairs", "sd")
-        return cls(*(np.concatenate([getattr(p, name) for p in parts])[order] for name in names))
+        columns = [np.concatenate([getattr(p, name) for p in parts])[order] for name in ("value", "first", "second")]
+        pairs, sd = np.concatenate([p.pairs for p in parts]), np.concatenate([p.sd for p in parts])
+        return cls(t[order], columns[0], columns[1], columns[2], pairs[order], sd[order], down)
 
     def between(self, begin: float, end: float) -> slice:
         """Return the rows with begin < t <= end."""
         first, stop = np.searchsorted(self.t, [begin, end], side="right")
         return slice(int(first), int(stop))
 
-    def window(self, rows: slice, down: tuple[float, float] | None) -> WindowReadings:
-        """Return some rows for the solver; ``down``: the third coordinate and its sd, or None."""
-        place, sd = down if down is not None else (None, 0.0)
+    def window(self, rows: slice) -> WindowReadings:
+        """Return some rows for the solver."""
+        place, sd = self.down if self.down is not None else (None, 0.0)
         ends = self.first[rows], self.second[rows]
         return WindowReadings(self.value[rows], *ends, self.pairs[rows], self.sd[rows], place, sd)
 
@@ -103,17 +110,20 @@ class Events:
 
 
 def places(
-    events: Events, rows: slice, down: tuple[float, float] | None, settings: Acquisition, near: Array | None = None
+    events: Events, rows: slice, settings: Acquisition, near: Array | None = None, *, compiled: bool = True
 ) -> list[Minimum]:
     """Return where the tag may be by some rows of events, the likeliest first: minima that pass box and limit.
 
-    ``near`` (3,) is tried as a start too.
+    ``near`` (3,) is tried as a start too; ``compiled`` solves in the kernel where the rows fit into it.
     """
-    readings = events.window(rows, down)
+    readings = events.window(rows)
     least = 4 if readings.pairs.any() else 3
-    if events.anchors(rows) < least or len(readings.value) < 8:
+    count = events.anchors(rows)
+    if count < least or len(readings.value) < 8:
         return []
-    found = robust_minima(readings, None if near is None else near[None])
+    fits = len(readings.value) <= snapshot_window.MAX_READINGS and count <= snapshot_window.MAX_ANCHORS
+    search = snapshot_window.robust_minima if compiled and fits else robust_minima
+    found = search(readings, None if near is None else near[None])
     if settings.box is not None:
         low, high = settings.box
         found = [m for m in found if (m.p >= low).all() and (m.p <= high).all()]
@@ -144,9 +154,9 @@ def news_of(readings: Ranges | RangeDifferences) -> Array:
     return np.minimum(silent / LASTING, 1.0)
 
 
-def track_cost(events: Events, rows: slice, down: tuple[float, float] | None, p: Array, v: Array) -> float:
+def track_cost(events: Events, rows: slice, p: Array, v: Array) -> float:
     """Return the cost of some rows for a track that is at ``p`` (3,) with ``v`` (3,) at the last of them."""
-    readings = events.window(rows, down)
+    readings = events.window(rows)
     at = p + v * (events.t[rows] - events.t[rows.stop - 1])[:, None]
     return float(robust_cost(readings, at))
 
@@ -157,17 +167,21 @@ def span(events: Events, settings: Acquisition) -> float:
     The rate is that of the readings up to the first time that lies a window behind the beginning.
     """
     t, counts = np.unique(events.t[events.t <= events.t[0] + settings.patience], return_counts=True)
-    tau = settings.patience
-    for k in range(1, len(t)):
+    k = 1 if len(t) > 1 else 0
+    while k and k < len(t):
         needed = 12.0 * float(np.median(np.diff(t[: k + 1]))) / float(np.mean(counts[: k + 1]))
         tau = min(max(settings.window, needed), settings.patience)
-        if t[k] - t[0] >= 0.8 * tau:
-            break
-    return float(tau)
+        reached = int(np.searchsorted(t, t[0] + 0.8 * tau))
+        if reached <= k:
+            return tau
+        k = reached
+    return settings.patience
 
 
 def lost_at(events: Events, off: BoolArray, since: float, tau: float) -> IntArray:
     """Return the rows at which a filter may be lost: most readings of the last ``tau`` seconds were off.
+
+    Also those a little after a long silence: linearised far from where the tag is, a filter may settle elsewhere.
 
     Parameters
     ----------
@@ -181,5 +195,13 @@ def lost_at(events: Events, off: BoolArray, since: float, tau: float) -> IntArra
     sums = np.concatenate([[0], np.cumsum(off)])
     total, refused = last + 1 - begin, sums[last + 1] - sums[begin]
     whole = events.t - events.t[np.minimum(begin, last)] >= 0.8 * tau
-    candidates: IntArray = np.flatnonzero(off & whole & (total >= 8) & (2 * refused >= total) & (events.t > since))
+    some = (total >= 8) & (events.t > since)
+    returned = events.t[1:][np.diff(events.t) > SILENCE * tau]
+    back = (
+        events.t - returned[np.maximum(np.searchsorted(returned, events.t, side="right") - 1, 0)]
+        if len(returned)
+        else -1
+    )
+    fresh = (back >= tau) & (back <= 2 * tau)
+    candidates: IntArray = np.flatnonzero(some & ((off & whole & (2 * refused >= total)) | fresh))
     return candidates

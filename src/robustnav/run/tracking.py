@@ -145,8 +145,8 @@ class _Course:
             last = events.t[k]
             rows = events.between(max(last - task.tau, t[leg.row]), t[row])
             held = [(task.place(x), task.velocity(x)) for x in leg.at(row)]
-            found = places(events, rows, task.down, task.settings, near=held[0][0])
-            if found and found[0].cost < min(track_cost(events, rows, task.down, *one) for one in held) - BETTER:
+            found = places(events, rows, task.settings, held[0][0], compiled=task.backend != "numpy")
+            if found and found[0].cost < min(track_cost(events, rows, *one) for one in held) - BETTER:
                 return row, found
         return None
 

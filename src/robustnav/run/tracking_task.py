@@ -59,8 +59,8 @@ class Plane:
 class TrackingTask:
     """What stays the same while a recording is followed.
 
-    ``order`` sorts the sensors' readings, one sensor after the other, as ``events``; ``down`` is the third coordinate
-    and its sd [m], or None; ``tau`` the window of readings that are used together [s]; ``sd`` of a reading [m].
+    ``order`` sorts the sensors' readings, one sensor after the other, as ``events``; ``tau`` is the window of readings
+    that are used together [s]; ``news``, by sensor, what share of each reading is news.
     """
 
     estimator: EKF | UKF
@@ -68,7 +68,6 @@ class TrackingTask:
     feed: Feed
     events: Events
     order: IntArray
-    down: tuple[float, float] | None
     settings: Acquisition
     tau: float
     plane: Plane
@@ -98,8 +97,7 @@ class TrackingTask:
             parts.append(Events.of(one, _sd(model, name)))
         if not parts:
             raise InputError("readings", got="none", expected="ranges or range differences")
-        events = Events.joined(parts)
-        down = _down(model, source.height)
+        events = Events.joined(parts, _down(model, source.height))
         if source.height is not None:
             at = np.arange(events.t[0], events.t[-1], _HEIGHT_EVERY)
             streams["height"] = Stream("height", at, np.full((len(at), 1), source.height), "m", "n")
@@ -109,7 +107,7 @@ class TrackingTask:
         tau = span(events, settings)
         news = {model.sensor_index(RANGING[isinstance(one, RangeDifferences)]): news_of(one) for one in tables}
         feed = _with_pauses(feed_of(model, log), estimator.longest_step if isinstance(estimator, EKF) else np.inf)
-        return cls(estimator, log, feed, events, order, down, settings, tau, plane, news, backend)
+        return cls(estimator, log, feed, events, order, settings, tau, plane, news, backend)
 
     def first_place(self) -> tuple[int, list[Minimum]]:
         """Return the first row at which readings tell a position, and the places it may be.
@@ -124,7 +122,7 @@ class TrackingTask:
                 continue
             last = now
             rows = events.between(max(now - self.settings.patience, begin - 1e-9), now)
-            found = places(events, rows, self.down, self.settings)
+            found = places(events, rows, self.settings, compiled=self.backend != "numpy")
             if found:
                 return row, found
         raise EstimatorError(
@@ -166,7 +164,7 @@ class TrackingTask:
         There the plane, and the anchors beside it, are within three standard deviations.
         """
         part = self.estimator.model.state_slices["p_n"]
-        if self.down is not None or part.stop - part.start == 2:
+        if self.events.down is not None or part.stop - part.start == 2:
             return np.zeros(len(x), bool)
         height = (x[:, part] - self.plane.point) @ self.plane.normal
         doubt = 3 * np.sqrt(np.einsum("i,nij,j->n", self.plane.normal, P[:, part, part], self.plane.normal))
@@ -176,7 +174,7 @@ class TrackingTask:
     def place(self, x: Array) -> Array:
         """Return the position (3,) of a state."""
         p = x[self.estimator.model.state_slices["p_n"]]
-        return p if self.down is None or len(p) == 3 else np.append(p, self.down[0])
+        return p if self.events.down is None or len(p) == 3 else np.append(p, self.events.down[0])
 
     def velocity(self, x: Array) -> Array:
         """Return the velocity (3,) of a state."""
