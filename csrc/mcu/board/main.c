@@ -8,6 +8,9 @@
 
 #define BEGIN __asm__ volatile("mov r10, r10" ::: "memory") /* 0x46D2 */
 #define END __asm__ volatile("mov r11, r11" ::: "memory")   /* 0x46DB */
+#ifndef RN_STATE_BYTES
+#define RN_STATE_BYTES sizeof state
+#endif
 #define PAINT 0xA5C3A5C3u
 #define PAINT_LIMIT 65536u
 
@@ -72,7 +75,7 @@ static uint32_t replayed(uint32_t *refused)
     for (int k = 0; k < RN_ROWS; k++) {
         real out[RN_OUTPUTS];
         unsigned char bytes[sizeof out];
-        *refused += (uint32_t)replay_step(&state, replay_row[k], replay_present[k]);
+        *refused += (uint32_t)(replay_step(&state, replay_row[k], replay_present[k]) != 0);
         replay_output(&state, out);
         memcpy(bytes, out, sizeof out);
         for (unsigned i = 0; i < sizeof out; i++) hash = (hash ^ bytes[i]) * 16777619u;
@@ -94,7 +97,7 @@ int main(void)
         if (replay_present[k] != replay_present[0]) continue;
         memcpy(row, replay_row[k], sizeof row);
         if (RN_COUNT != 0) (void)replay_step(&state, row, replay_present[k]);
-        refused += (uint32_t)counted();
+        refused += (uint32_t)(counted() != 0);
     }
     const uint32_t *deepest = low;
     while (deepest < top && *deepest == PAINT) deepest++;
@@ -102,7 +105,7 @@ int main(void)
     put_number("refused ", refused);
     put_hash(hash);
     put_number(" stack ", (uint32_t)((uintptr_t)top - (uintptr_t)deepest));
-    put_number(" state ", (uint32_t)sizeof state);
+    put_number(" state ", (uint32_t)(RN_STATE_BYTES));
     put("\n");
     return 0;
 }

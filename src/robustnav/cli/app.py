@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from cyclopts import App
 
 from robustnav import __version__
-from robustnav.cli import benchmarks, designs, ranging, ranging_survey, recordings, studies, uwb_benchmarks
+from robustnav.cli import benchmarks, designs, exports, ranging, ranging_survey, recordings, studies, uwb_benchmarks
 from robustnav.cli.show import complain
 from robustnav.errors import RobustnavError
 
@@ -35,6 +35,7 @@ app.command(benchmarks.benchmark)
 for one in uwb_benchmarks.COMMANDS:
     benchmarks.benchmark.command(one)
 app.command(recordings.report)
+app.command(exports.export)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

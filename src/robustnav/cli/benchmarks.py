@@ -74,3 +74,39 @@ def speed(*, seconds: float = 1.0, json: Flag = False, quiet: Flag = False) -> N
         return
     for title, rows in bench.tables(results):
         say_table(title, rows)
+
+
+@benchmark.command
+def mcu(
+    *,
+    cores: str = "m0+,m3,m4f,m7,m33",
+    filters: str | None = None,
+    peer_source: list[Path] | None = None,
+    json: Flag = False,
+    quiet: Flag = False,
+) -> None:
+    """Count what exported filters cost on Cortex-M cores under an emulator, beside peers compiled from their source.
+
+    Parameters
+    ----------
+    cores
+        Names with commas: m0+, m3, m4f, m7, m33.
+    filters
+        Names with commas; default: all.
+    peer_source
+        Folder with a peer's own sources: x-io Fusion or VQF; may be given twice.
+    json
+        Print one JSON document.
+    quiet
+        No progress bar.
+    """
+    import robustnav.benchmark.mcu as bench
+
+    wanted, sources = bench.plan(split(filters) if filters else None, split(cores)), peer_source or []
+    with progress("counting", bench.steps_of(wanted, sources), quiet=quiet) as step:
+        results = bench.benchmark_mcu(wanted, peer_sources=sources, progress=step)
+    if json:
+        say_json(results)
+        return
+    say_table("Instructions an update (mean, most), bytes of flash, RAM (state and stack); -O2", bench.shown(results))
+    note(results["about"])

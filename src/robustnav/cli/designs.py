@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from robustnav.design import Certificate, Plant
+    from robustnav.model.blocks import Model
+    from robustnav.models import AttitudeNoise
 
 design = App(name="design", help="Design a constant attitude gain and certify it.")
 STATES = ("eps_N", "eps_E", "eps_D", "beta_N", "beta_E", "beta_D")
@@ -40,18 +42,28 @@ class Setting:
     dip_deg: float = 60.0
     """Angle of the field below the horizon."""
 
-    def plant(self) -> Plant:
-        """Return the attitude error's plant at these numbers."""
-        from robustnav.models import AttitudeNoise, attitude
-        from robustnav.run.plants import plant_of
-        from robustnav.units import DPS, MICRO_TESLA
+    def noise(self) -> AttitudeNoise:
+        """Return the sensors' noise at the sample rate."""
+        from robustnav.models import AttitudeNoise
+        from robustnav.units import DPS
 
         if not self.rate_hz > 0:
             raise InputError("--rate-hz", got=str(self.rate_hz), expected="a rate above zero")
         walk = self.bias_walk_dps_rts * DPS
-        noise = AttitudeNoise.from_datasheet(self.imu, self.magnetometer, self.rate_hz, gyro_bias_density=walk)
-        model = attitude(noise, field=self.field_ut * MICRO_TESLA, dip_deg=self.dip_deg)
-        return plant_of(model, self.rate_hz)
+        return AttitudeNoise.from_datasheet(self.imu, self.magnetometer, self.rate_hz, gyro_bias_density=walk)
+
+    def model(self) -> Model:
+        """Return the nine-axis attitude model at these numbers."""
+        from robustnav.models import attitude
+        from robustnav.units import MICRO_TESLA
+
+        return attitude(self.noise(), field=self.field_ut * MICRO_TESLA, dip_deg=self.dip_deg)
+
+    def plant(self) -> Plant:
+        """Return the attitude error's plant at these numbers."""
+        from robustnav.run.plants import plant_of
+
+        return plant_of(self.model(), self.rate_hz)
 
 
 STANDARD = Setting()

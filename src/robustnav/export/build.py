@@ -24,7 +24,9 @@ from robustnav.model.blocks import Model
 class Exportable(Protocol):
     """An estimator: ``H2``, ``LevelH2`` or ``EKF``."""
 
-    model: Model
+    @property
+    def model(self) -> Model:
+        """The model, with its noise."""
 
     @property
     def name(self) -> str:

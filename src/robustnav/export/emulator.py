@@ -1,7 +1,7 @@
-"""What an exported filter costs on a Cortex-M, without hardware: built, run under an emulator, counted to the instruction.
+"""What a filter costs on a Cortex-M, without hardware: built, run under an emulator, counted to the instruction.
 
-The filter is linked twice, once as it is and once with every function empty: the difference of the two counts is what is
-executed inside the functions, returns included.  Counts are instructions, not cycles: no pipeline, no wait states.
+It is linked twice, once as it is and once with every counted function empty: the difference of the two counts is what
+is executed inside the functions, returns included.  Instructions are not cycles: no pipeline, no wait states.
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ from robustnav.errors import RobustnavError
 from robustnav.export.boards import BOARDS, Board
 from robustnav.export.unit import Unit
 
-GCC, QEMU = "arm-none-eabi-gcc", "qemu-system-arm"
+GCC, GXX, QEMU = "arm-none-eabi-gcc", "arm-none-eabi-g++", "qemu-system-arm"
 FAST = ("-O2", "-ffp-contract=fast")  # said aloud: -std=c99 alone turns contraction off
 EXACT = ("-O2", "-ffp-contract=off")
-_COMMON = ("-std=c99", "-ffunction-sections", "-fdata-sections", "-fno-math-errno", "-fstack-usage")
+_COMMON = ("-ffunction-sections", "-fdata-sections", "-fno-math-errno", "-fstack-usage", "-DNDEBUG")
+_C = ("-std=c99",)
+_CXX = ("-std=c++17", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics")
 _EMPTY = 2  # instructions of a function that returns 0 at once
 
 
@@ -67,15 +69,21 @@ class Cost:
         return self.state + self.stack
 
 
-def empty_source(unit: Unit) -> str:
-    """Return the C of the filter with every function that takes readings empty."""
-    bodies = [f"{head}\n{{\n{_unused(head)}    return 0;\n}}\n" for head in unit.heads]
-    return f'#include "{unit.name}.h"\n\n' + "\n".join(bodies)
+@dataclass(frozen=True)
+class Program:
+    """What is linked: the program's own files, twice, and where they look for headers.
 
+    ``whole`` and ``none``: files with the work and with every counted function empty; ``header`` of the replay;
+    ``work``: number of the counted work; ``calls``: functions counted in it; ``flags`` and ``includes``.
+    """
 
-def _unused(head: str) -> str:
-    names = [part.split("[")[0].split()[-1].lstrip("*") for part in head[head.index("(") + 1 : -1].split(",")]
-    return "".join(f"    (void){n};\n" for n in names)
+    whole: tuple[Path, ...]
+    none: tuple[Path, ...]
+    header: str
+    work: int
+    calls: int
+    includes: tuple[Path, ...]
+    flags: tuple[str, ...] = FAST
 
 
 def cost(unit: Unit, folder: Path, core: str, work: int = 0, flags: Sequence[str] = FAST) -> Cost:
@@ -94,55 +102,79 @@ def cost(unit: Unit, folder: Path, core: str, work: int = 0, flags: Sequence[str
     NoEmulator : a tool is missing.
     RobustnavError : it does not compile, or the run ends in a fault.
     """
+    own, build = folder / f"{unit.name}.c", folder / "build"
+    build.mkdir(exist_ok=True)
+    empty = build / f"{unit.name}_none.c"
+    empty.write_text(_emptied(unit, own.read_text()))
+    calls = len(unit.counted[work].calls)
+    program = Program((own,), (empty,), f"{unit.name}_replay.h", work, calls, (folder,), tuple(flags))
+    return count(program, core, build / f"{core}-{work}-{'-'.join(f.strip('-') for f in flags)}")
+
+
+def _emptied(unit: Unit, text: str) -> str:
+    """Return the filter's C with the functions that take readings empty."""
+    for head in unit.heads:
+        begin = text.index(head + "\n{\n") + len(head) + 1
+        end = text.index("\n}\n", begin)
+        names = [part.split("[")[0].split()[-1].lstrip("*") for part in head[head.index("(") + 1 : -1].split(",")]
+        unused = "".join(f"    (void){n};\n" for n in names)
+        text = f"{text[:begin]}{{\n{unused}    return 0;{text[end:]}"
+    return text
+
+
+def count(program: Program, core: str, out: Path) -> Cost:
+    """Return what the counted work of a program costs on a core; ``out`` is a folder for what is built."""
     require_tools()
-    board, out = BOARDS[core], folder / "build" / f"{core}-{work}-{'-'.join(f.strip('-') for f in flags)}"
+    board = BOARDS[core]
     out.mkdir(parents=True, exist_ok=True)
-    empty = out / f"{unit.name}_empty.c"
-    empty.write_text(empty_source(unit))
-    own = _compile(board, folder / f"{unit.name}.c", out, folder, flags)
-    whole = _run(board, _link(board, out, "whole", [own, *_main(unit, board, out, folder, work)]), out / "whole")
-    nothing = _compile(board, empty, out, folder, flags)
-    rest = _start(unit, board, out, folder)
-    none = _run(board, _link(board, out, "none", [nothing, rest, *_main(unit, board, out, folder, work)]), out / "none")
-    _link(board, out, "probe", [own, *_main(unit, board, out, folder, work, probe=True)])
-    inside = _EMPTY * len(unit.counted[work].calls)
-    used = _bytes(out / "probe.map", own.name)
-    libraries = used.get("libm", 0) + used.get("libgcc", 0)
+    start = _compile(board, kernel_folder() / "mcu" / "board" / "startup.c", out, program, EXACT)
+    main = _main(board, out, program, "main")
+    filter_objects = [_compile(board, file, out, program, program.flags) for file in program.whole]
+    none_objects = [_compile(board, file, out, program, program.flags) for file in program.none]
+    whole = _run(board, _link(board, out, "whole", [*filter_objects, main, start]))
+    none = _run(board, _link(board, out, "none", [*none_objects, main, start]))
+    _link(board, out, "probe", [*filter_objects, _main(board, out, program, "probe"), start])
+    used = _bytes(out / "probe.map", {o.name for o in filter_objects})
+    libraries = sum(used.get(k, 0) for k in ("libm", "libgcc", "libstdc++"))
+    inside = _EMPTY * program.calls
     return Cost(
-        instructions=whole["mean"] - none["mean"] + inside,
-        least=int(whole["min"] - none["max"]) + inside,
-        most=int(whole["max"] - none["min"]) + inside,
+        instructions=whole.mean - none.mean + inside,
+        least=whole.least - none.most + inside,
+        most=whole.most - none.least + inside,
         flash=used.get("filter", 0) + libraries,
         libraries=libraries,
-        state=int(whole["state"]),
-        stack=int(whole["stack"] - none["stack"]),
-        frame=_frame(out / f"{unit.name}.su"),
-        digest=str(whole["hash"]),
-        refused=int(whole["refused"]),
+        state=whole.state,
+        stack=whole.stack - none.stack,
+        frame=_frame([o.with_suffix(".su") for o in filter_objects]),
+        digest=whole.digest,
+        refused=whole.refused,
     )
 
 
-def _main(unit: Unit, board: Board, out: Path, folder: Path, work: int, *, probe: bool = False) -> list[Path]:
-    own = kernel_folder() / "mcu" / "board"
-    defines = (f'-DRN_REPLAY="{unit.name}_replay.h"', f"-DRN_COUNT={work}", *(["-DRN_PROBE"] if probe else []))
-    return [_compile(board, own / name, out, folder, (*EXACT, *defines)) for name in ("main.c", "startup.c")]
+@dataclass(frozen=True)
+class _Counted:
+    mean: float
+    least: int
+    most: int
+    refused: int
+    digest: str
+    stack: int
+    state: int
 
 
-def _start(unit: Unit, board: Board, out: Path, folder: Path) -> Path:
-    """The filter's own object again: the linker takes reset from it where the empty functions have their names."""
-    weak = [f"-D{_name(head)}=unused_{_name(head)}" for head in unit.heads]
-    source = out / f"{unit.name}_rest.c"
-    source.write_text((folder / f"{unit.name}.c").read_text())
-    return _compile(board, source, out, folder, (*FAST, *weak))
+def _main(board: Board, out: Path, program: Program, name: str) -> Path:
+    source = kernel_folder() / "mcu" / "board" / "main.c"
+    flags = [*EXACT, f'-DRN_REPLAY="{program.header}"', f"-DRN_COUNT={program.work}"]
+    return _compile(board, source, out, program, [*flags, *(["-DRN_PROBE"] if name == "probe" else [])], name)
 
 
-def _name(head: str) -> str:
-    return head[: head.index("(")].split()[-1]
-
-
-def _compile(board: Board, source: Path, out: Path, folder: Path, flags: Sequence[str]) -> Path:
-    to = out / f"{source.stem}.o"
-    _call([GCC, *board.flags.split(), *_COMMON, *flags, "-I", str(folder), "-c", str(source), "-o", str(to)])
+def _compile(
+    board: Board, source: Path, out: Path, program: Program, flags: Sequence[str], name: str | None = None
+) -> Path:
+    to = out / f"{name or source.stem}.o"
+    tool, common = (GCC, _C) if source.suffix == ".c" else (GXX, _CXX)
+    includes = [word for folder in program.includes for word in ("-I", str(folder))]
+    _call([tool, *board.flags.split(), *_COMMON, *common, *flags, *includes, "-c", str(source), "-o", str(to)])
     return to
 
 
@@ -157,18 +189,27 @@ def _link(board: Board, out: Path, name: str, objects: Sequence[Path]) -> Path:
     return elf
 
 
-def _run(board: Board, elf: Path, counts: Path) -> dict[str, float | str]:
+def _run(board: Board, elf: Path) -> _Counted:
     """Run to the semihosting exit under the counting plugin; a fault leaves with 99."""
     options = ["-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native"]
-    plugin = ["-plugin", f"{_plugin(elf.parent.parent)},out={counts}.count"]
+    counts = elf.with_suffix(".count")
+    plugin = ["-plugin", f"{_plugin(elf.parent.parent)},out={counts}"]
     said = _call([QEMU, "-M", board.machine, *options, *plugin, "-kernel", str(elf)])
-    words = Path(f"{counts}.count").read_text().split() + said.split()
-    pairs = dict(zip(words[::2], words[1::2], strict=True))
-    return {k: v if k == "hash" else float(v) for k, v in pairs.items()}
+    words = counts.read_text().split() + said.split()
+    found = dict(zip(words[::2], words[1::2], strict=True))
+    return _Counted(
+        mean=float(found["mean"]),
+        least=int(found["min"]),
+        most=int(found["max"]),
+        refused=int(found["refused"]),
+        digest=found["hash"],
+        stack=int(found["stack"]),
+        state=int(found["state"]),
+    )
 
 
 def _plugin(build: Path) -> Path:
-    """Compile the counting plugin for this emulator's plugin interface, once."""
+    """Compile the counting plugin for this emulator's plugin interface, once a folder."""
     found = re.search(r"version (\d+)\.(\d+)", _call([QEMU, "--version"]))
     major, minor = map(int, found.groups()) if found else (0, 0)
     api = 1 if major < 9 else 2 if (major, minor) < (9, 1) else 3
@@ -179,21 +220,21 @@ def _plugin(build: Path) -> Path:
     return to
 
 
-def _bytes(map_file: Path, own: str) -> dict[str, int]:
+def _bytes(map_file: Path, own: set[str]) -> dict[str, int]:
     """Bytes kept by owner; flash includes the image of initialised data."""
     total: dict[str, int] = {}
     text = map_file.read_text().split("Linker script and memory map", 1)[1]
     text = re.sub(r"\n (\.\S+)\n +(0x)", r"\n \1 \2", text)  # long section names wrap
     for name, size, owner in re.findall(r"^ (\.\S+|COMMON) +0x[0-9a-f]+ +0x([0-9a-f]+) (\S.*)$", text, re.M):
-        who = "filter" if own and owner.endswith(f"/{own}") else "libm" if "libm.a" in owner else None
-        who = "libgcc" if "libgcc.a" in owner else who
+        library = next((lib for lib in ("libm", "libgcc", "libstdc++") if f"{lib}.a" in owner), None)
+        who = "filter" if Path(owner).name in own else library
         if who and name.startswith((".text", ".rodata", ".data", ".ARM.exidx", ".init_array")):
             total[who] = total.get(who, 0) + int(size, 16)
     return total
 
 
-def _frame(usage: Path) -> int | None:
-    rows = [line.split("\t") for line in usage.read_text().splitlines()]
+def _frame(usages: Sequence[Path]) -> int | None:
+    rows = [line.split("\t") for usage in usages for line in usage.read_text().splitlines()]
     return max((int(n) for _, n, _ in rows), default=0) if all(kind == "static" for *_, kind in rows) else None
 
 

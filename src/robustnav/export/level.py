@@ -1,7 +1,7 @@
 """The six-axis constant-gain filter as C: the down direction in body axes and the gyro bias.
 
 Heading, of which gyro and accelerometer do not tell, is not carried: three numbers instead of a quaternion.  Turning
-the estimate by the gain's correction is the same as mixing a little of the reading into it: docs/firmware.md, section 3.
+the estimate by the gain's correction is mixing a little of the reading into it: docs/firmware.md, section 3.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 
 from robustnav.engine.filters import FilterSetup
 from robustnav.errors import InputError
-from robustnav.export.observer import HALF_TURN, says
+from robustnav.export.observer import HALF_TURN, INCLUDES, says
 from robustnav.export.schedule import Schedule
 from robustnav.export.text import Api, function, header_text, state_functions, table
 from robustnav.export.unit import Block, Counted, Unit, switch
@@ -48,10 +48,7 @@ def six_axes(name: str, real: str, setup: FilterSetup, rate_hz: float) -> Unit:
         real=real,
         title=title,
         header=header_text(api, f"{says(['accel'])}{fused};\n\n{says([])}{moved};\n"),
-        source="\n".join(
-            [f'#include "{name}.h"\n#include "rn_steps.h"\n', *filter(None, [schedule.code(name)]), *source]
-            + [state_functions(api)]
-        ),
+        source="\n".join([INCLUDES.format(name), *filter(None, [schedule.code(name)]), *source, state_functions(api)]),
         kernel=("rn_real.h", "mcu/rn_steps.h"),
         columns=("dt", *(f"{s}_{i}" for s in ("gyro", "accel") for i in range(3))),
         heads=(fused, moved),

@@ -22,6 +22,7 @@ from robustnav.model.blocks import Model
 SENSORS = ("accel", "mag")
 ROWS = (("accel", 0), ("accel", 1), ("mag", 0), ("mag", 1), ("mag", 2))
 _AXES = ("n", "e", "d")
+INCLUDES = '#include "{}.h"\n#include "rn_steps.h"\n'
 _ZERO = 1e-9  # relative size below which a gain is none: what rounding leaves of a structural zero
 HALF_TURN = [
     "const real half = R(0.5) * dt;",
@@ -47,7 +48,7 @@ def split_gain(K: Array) -> tuple[Array, Array]:
     InputError : the bias part is no such product, so the gain is not a Kalman gain.
     """
     attitude, bias = K[:3], K[3:]
-    M: Array = np.linalg.lstsq(attitude.T, bias.T, rcond=None)[0].T
+    M = np.asarray(np.linalg.lstsq(attitude.T, bias.T, rcond=None)[0].T, float)
     if not np.abs(M @ attitude - bias).max() <= 1e-6 * np.abs(bias).max():
         raise InputError("constant gain", got="a bias part that no attitude part gives", expected="a Kalman gain")
     M[np.abs(M) < _ZERO * np.abs(M).max()] = 0.0
@@ -55,7 +56,7 @@ def split_gain(K: Array) -> tuple[Array, Array]:
 
 
 def check_reference(gains: Array, model: Model) -> None:
-    """Refuse gains (..., 6, 5) whose product with the reference field is not nothing: the C leaves the reference out."""
+    """Refuse gains (..., 6, 5) that see the length of the reference field: the C leaves the reference out."""
     north, down = model.parameters["mag_north"], model.parameters["mag_down"]
     used = gains[..., :3, 2] * north + gains[..., :3, 4] * down
     if not np.abs(used).max() <= 1e-6 * np.abs(gains[..., :3, 2:]).max() * np.hypot(north, down):
@@ -119,10 +120,7 @@ def nine_axes(name: str, real: str, model: Model, setup: FilterSetup, rate_hz: f
         real=real,
         title=title,
         header=header_text(api, "\n".join(declarations)),
-        source="\n".join(
-            [f'#include "{name}.h"\n#include "rn_steps.h"\n', *filter(None, [schedule.code(name)]), *source]
-            + [state_functions(api)]
-        ),
+        source="\n".join([INCLUDES.format(name), *filter(None, [schedule.code(name)]), *source, state_functions(api)]),
         kernel=("rn_real.h", "mcu/rn_steps.h"),
         columns=("dt", *(f"{s}_{i}" for s in ("gyro", *SENSORS) for i in range(3))),
         heads=tuple(heads),

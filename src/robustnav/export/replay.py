@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robustnav.export.text import comment, literal
 from robustnav.export.unit import Unit
 from robustnav.frames import Array
 
+Bits = NDArray[np.int_]
 
-def replay_header(unit: Unit, rows: Array, present: Array, start: Array, expected: Array) -> str:
+
+def replay_header(unit: Unit, rows: Array, present: Bits, start: Array, expected: Array) -> str:
     """Return the header: vectors, one function that feeds a row, one that does the work whose cost is stated.
 
     Parameters
@@ -50,9 +53,12 @@ def replay_header(unit: Unit, rows: Array, present: Array, start: Array, expecte
         + _numbers(f"static const {row} replay_row[RN_ROWS][RN_COLUMNS]", rows, integer=row != "real")
         + f"static const unsigned char replay_present[RN_ROWS] = {{{', '.join(str(int(p)) for p in present)}}};\n"
         + _numbers("static const real replay_expected[RN_ROWS][RN_OUTPUTS]", expected, integer=False)
-        + f"\nstatic int replay_reset(rn_replay_state *s)\n{{\n    return {name}_reset(s, {', '.join(arguments)});\n}}\n\n"
-        + f"static void replay_output(const rn_replay_state *s, real out[RN_OUTPUTS])\n{{\n    {' '.join(outputs)}\n}}\n\n"
-        + f"static int replay_step(rn_replay_state *s, const {row} row[RN_COLUMNS], int present)\n{{\n    int refused = 0;\n"
+        + "\nstatic int replay_reset(rn_replay_state *s)\n"
+        + f"{{\n    return {name}_reset(s, {', '.join(arguments)});\n}}\n\n"
+        + "static void replay_output(const rn_replay_state *s, real out[RN_OUTPUTS])\n"
+        + f"{{\n    {' '.join(outputs)}\n}}\n\n"
+        + f"static int replay_step(rn_replay_state *s, const {row} row[RN_COLUMNS], int present)\n"
+        + "{\n    int refused = 0;\n"
         + "".join(f"    {line}\n" for line in unit.step)
         + "    return refused;\n}\n\n#ifdef RN_COUNTED\n"
         + f"static int replay_counted(rn_replay_state *s, const {row} row[RN_COLUMNS])\n{{\n    int refused = 0;\n"

@@ -1,7 +1,7 @@
 """Where the binary points of the integer filter lie, derived from ranges and gains so that no sum can overflow.
 
-Qn: a number with n fractional bits.  Attitude corrections, gyro and bias are half turns a step [rad].  Bounds take every
-sensor at the end of its range on all axes at once.  Derivation and error budget: docs/firmware.md, section 4.
+Qn: a number with n fractional bits.  Corrections, gyro and bias are half turns a step [rad].  Bounds take every
+sensor at the end of its range on every axis.  Derivation and error budget: docs/firmware.md, section 4.
 """
 
 from __future__ import annotations
@@ -129,9 +129,7 @@ def _correcting(K: Array, mask: int, counts: Counts, limits: Mapping[str, float]
     scale = floor(log2(2**30 / float(ends.max())))
     gains = np.round(unit * 2.0 ** (scale - np.array([WIDTH[s] for s in names])))
     turn = min(floor(log2(_VECTOR / reach)), scale - 1)
-    common = float(M[0, 0]) * dt
-    rest = M * dt - common * np.eye(3)
-    rest[np.abs(rest) < _SMALL * np.abs(M).max() * dt] = 0.0
+    common, rest = min((_split(M * dt, i) for i in range(3)), key=lambda part: _products(part[1]))
     size = float(np.abs(rest).sum(axis=1).max())
     shared = floor(log2(_LEVEL / (abs(common) + float(np.linalg.norm(rest)))))
     whole = floor(log2(2**30 / (size * _VECTOR))) if size else 0
@@ -142,3 +140,15 @@ def _correcting(K: Array, mask: int, counts: Counts, limits: Mapping[str, float]
         tuple(rows), gains, scale - turn, turn, round(common * 2.0**shared), np.round(rest * 2.0**whole), down,
         turn + 15 - CUT + shared, reach,
     )  # fmt: skip
+
+
+def _split(M: Array, i: int) -> tuple[float, Array]:
+    """Return the i-th diagonal entry of a bias gain, and what is left of the gain without it on all axes."""
+    rest = M - M[i, i] * np.eye(3)
+    rest[np.abs(rest) < _SMALL * np.abs(M).max()] = 0.0
+    return float(M[i, i]), rest
+
+
+def _products(rest: Array) -> int:
+    """Return how many products it takes to turn a vector by a matrix and that into body axes."""
+    return int(np.count_nonzero(rest)) + 3 * int(np.count_nonzero(rest.any(axis=1)))

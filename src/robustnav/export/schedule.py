@@ -40,7 +40,8 @@ class Schedule:
             f"#define {upper}_SETS {len(self.starts)}u\n/* first tick of each gain set */\n"
             f"static const uint32_t starts[{upper}_SETS] = {{{starts}}};\n\n"
             f"static void count({name}_state *s)\n{{\n    if ((s->set + 1u) < {upper}_SETS) {{\n"
-            "        s->tick = s->tick + 1u;\n        if (s->tick >= starts[s->set + 1u]) s->set = s->set + 1u;\n    }\n}\n"
+            "        s->tick = s->tick + 1u;\n"
+            "        if (s->tick >= starts[s->set + 1u]) s->set = s->set + 1u;\n    }\n}\n"
         )
 
     @property

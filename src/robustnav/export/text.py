@@ -69,9 +69,10 @@ def header_text(api: Api, declarations: str) -> str:
         "(0, 0, -9.8).  No allocation, no globals, no library function; the caller owns the state.  Functions return "
         f"{upper}_OK, or {upper}_REFUSED and leave the state as it was."
     )
+    saved = api.numbers + (2 if api.rate_hz else 0)
     return (
         f'{about}#ifndef {upper}_H\n#define {upper}_H\n\n#include <stdint.h>\n\n{real}#include "rn_real.h"\n\n'
-        f"enum {{ {upper}_OK = 0, {upper}_REFUSED = 1 }};\n#define {upper}_SAVED {api.numbers + (2 if api.rate_hz else 0)}\n\n"
+        f"enum {{ {upper}_OK = 0, {upper}_REFUSED = 1 }};\n#define {upper}_SAVED {saved}\n\n"
         f"typedef struct {{\n{fields}}} {name}_state;\n\n"
         "/* Start. */\n"
         f"int {name}_reset({name}_state *s, {start});\n\n{declarations}\n"
@@ -82,22 +83,21 @@ def header_text(api: Api, declarations: str) -> str:
 
 
 def state_functions(api: Api) -> str:
-    """Return reset, save and restore."""
+    """Return reset, save and restore; restore takes every state that updates can reach, reset a unit one."""
     name, upper = api.name, api.name.upper()
     start = ", ".join(f"const real {n}[{size}]" for n, size, _ in api.state)
-    unit = api.state[0][0]
-    square = " + ".join(f"({unit}[{i}] * {unit}[{i}])" for i in range(api.unit_block))
     places = [(n, i, k) for k, (n, i) in enumerate((n, i) for n, size, _ in api.state for i in range(size))]
-    others = [f"({n}[{i}] * {n}[{i}])" for n, i, _ in places[api.unit_block :]]
-    checks = [f"const real unit = {square};"] if api.unit_block else []
-    checks += [f"const real rest = {' + '.join(others)};"]
-    good = "(unit > R(0.99)) && (unit < R(1.01)) && " if api.unit_block else ""
-    checks += [f"if (!({good}(rest < R(1e12)))) return {upper}_REFUSED;"]
-    sets = [f"s->{n}[{i}] = {n}[{i}];" for n, i, _ in places]
-    staged = ["s->tick = 0u;", "s->set = 0u;"] if api.rate_hz else []
-    reset = function(f"int {name}_reset({name}_state *s, {start})", [*checks, *sets, *staged, f"return {upper}_OK;"])
+    squares = [f"({n}[{i}] * {n}[{i}])" for n, i, _ in places]
+    put = [
+        f"const real unit = {' + '.join(squares[: api.unit_block])};",
+        f"const real rest = {' + '.join(squares[api.unit_block :])};",
+        f"if (!((unit > least) && (unit < most) && (rest < R(1e12)))) return {upper}_REFUSED;",
+        *(f"s->{n}[{i}] = {n}[{i}];" for n, i, _ in places),
+        *(["s->tick = 0u;", "s->set = 0u;"] if api.rate_hz else []),
+        f"return {upper}_OK;",
+    ]
     save = [f"saved[{k}] = s->{n}[{i}];" for n, i, k in places]
-    back: list[str] = []
+    back, count = [], []
     at = len(places)
     if api.rate_hz:
         save += [f"saved[{at}] = (real)s->tick;", f"saved[{at + 1}] = (real)s->set;"]
@@ -105,19 +105,23 @@ def state_functions(api: Api) -> str:
             f"if (!((saved[{at}] >= R(0.0)) && (saved[{at}] < R(16777216.0)))) return {upper}_REFUSED;",
             f"if (!((saved[{at + 1}] >= R(0.0)) && (saved[{at + 1}] < (real){upper}_SETS))) return {upper}_REFUSED;",
         ]
-    arguments, first = [], 0
-    for _, size, _ in api.state:
-        arguments.append(f"&saved[{first}]")
-        first += size
-    again = [*back, f"if ({name}_reset(s, {', '.join(arguments)}) != {upper}_OK) return {upper}_REFUSED;"]
-    if api.rate_hz:
-        again += [f"s->tick = (uint32_t)saved[{at}];", f"s->set = (uint32_t)saved[{at + 1}];"]
+        count = [f"s->tick = (uint32_t)saved[{at}];", f"s->set = (uint32_t)saved[{at + 1}];"]
+    blocks = [n for n, _, _ in api.state]
+    kept = [f"&saved[{sum(size for _, size, _ in api.state[:k])}]" for k in range(len(api.state))]
+    state, numbers = f"{name}_state *s", f"real saved[{upper}_SAVED]"
     return "\n".join(
         [
-            reset,
-            function(f"void {name}_save(const {name}_state *s, real saved[{upper}_SAVED])", save),
+            function(f"static int put({state}, {start}, real least, real most)", put),
+            function(f"int {name}_reset({state}, {start})", [f"return put(s, {', '.join(blocks)}, R(0.99), R(1.01));"]),
+            function(f"void {name}_save(const {state}, {numbers})", save),
             function(
-                f"int {name}_restore({name}_state *s, const real saved[{upper}_SAVED])", [*again, f"return {upper}_OK;"]
+                f"int {name}_restore({state}, const {numbers})",
+                [
+                    *back,
+                    f"if (put(s, {', '.join(kept)}, R(0.1), R(3.0)) != {upper}_OK) return {upper}_REFUSED;",
+                    *count,
+                    f"return {upper}_OK;",
+                ],
             ),
         ]
     )

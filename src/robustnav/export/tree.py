@@ -55,7 +55,8 @@ def _example(unit: Unit) -> str:
         f"    if (replay_reset(&state) != {upper}_OK) return 1;\n"
         "    for (int k = 0; k < RN_ROWS; k++) { /* on a target: wait for the sensor's interrupt, read, then */\n"
         "        real out[RN_OUTPUTS];\n"
-        f'        if (replay_step(&state, replay_row[k], replay_present[k]) != {upper}_OK) printf("row %d refused\\n", k);\n'
+        "        const int said = replay_step(&state, replay_row[k], replay_present[k]);\n"
+        f'        if (said != {upper}_OK) printf("row %d refused\\n", k);\n'
         "        replay_output(&state, out);\n        if (((k + 1) % 80) == 0) {\n"
         '            for (int i = 0; i < RN_OUTPUTS; i++) printf(" % .6f", (double)out[i]);\n'
         '            printf("\\n");\n        }\n    }\n    return 0;\n}\n'
@@ -81,11 +82,10 @@ def cmake(unit: Unit) -> str:
 def readme(unit: Unit, cost: Sequence[Mapping[str, object]]) -> str:
     """Return the README: what it is, how to use it, what it costs."""
     lines = [f"# {unit.name}", "", unit.title, "", *(p + "\n" for p in unit.notes)]
-    lines += ["## Use", "", f"Add `{unit.name}.c` and the headers to the project, or this folder with CMake. The", ""]
-    lines[-2] = f"Add `{unit.name}.c` and the headers to the project, or this folder with CMake:"
+    lines += ["## Use", "", f"Add `{unit.name}.c` and the headers to the project, or this folder with CMake:", ""]
     lines += ["```c", *(head.replace("const ", "") + ";" for head in unit.heads), "```", ""]
     lines += [
-        f"Units, frames and shapes are in `{unit.name}.h`. The state belongs to the caller: one struct a filter.",
+        f"Units, frames and shapes are in `{unit.name}.h`. The state is the caller's: one struct a filter.",
         "",
     ]
     lines += [
@@ -111,7 +111,7 @@ def _cost_table(cost: Sequence[Mapping[str, object]]) -> str:
     head = "| " + " | ".join(columns) + " |\n|" + "---|" * len(columns) + "\n"
     body = "".join("| " + " | ".join(str(row[c]) for c in columns) + " |\n" for row in cost)
     about = (
-        "Instructions executed inside the functions, exact; flash with what it pulls from libm and libgcc, RAM as state "
-        "and stack, bytes; -O2, counted under an emulator. Instructions are not cycles.\n\n"
+        "Instructions executed inside the functions, exact; flash with what it pulls from libm and libgcc, RAM as "
+        "state and stack, bytes; -O2, counted under an emulator. Instructions are not cycles.\n\n"
     )
     return about + head + body

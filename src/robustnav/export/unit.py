@@ -46,7 +46,7 @@ class Unit:
     heads : heads of the public functions that take readings.
     kernel : hand-written headers of ``csrc`` it includes.
     columns : of a row of test vectors: what each number is.
-    step : C statements that feed ``row``, of which the sensors in the bits of ``present`` are fused, and set ``refused``.
+    step : C statements that feed ``row`` and set ``refused``; sensors in the bits of ``present`` are fused.
     counted : the work whose cost is stated; the first is a whole update with every reading.
     blocks : of the state that a user sets and reads.
     notes : paragraphs for the README: ranges, bounds, what differs from the Python form.

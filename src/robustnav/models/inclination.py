@@ -1,4 +1,4 @@
-"""Attitude and gyro bias from a gyro and an accelerometer alone: nothing tells of heading, which drifts with the gyro."""
+"""Attitude and gyro bias from a gyro and an accelerometer alone: heading drifts with the gyro."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from robustnav.units import DEG, DPS, STANDARD_GRAVITY
 
 
 def inclination(noise: AttitudeNoise) -> Model:
-    """Return the quaternion model without a magnetometer: state ``q_nb``, ``gyro_bias``, input ``gyro``, sensor ``accel``.
+    """Return the quaternion model without a magnetometer: state ``q_nb``, ``gyro_bias``, input ``gyro``, ``accel``.
 
     The same equations as ``attitude``; north is wherever the filter started.  Of the error, rotation about the vertical
     and the bias along it are seen by no sensor: a covariance filter lets them grow, a constant gain leaves them out.

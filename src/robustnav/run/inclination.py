@@ -55,5 +55,6 @@ def _whole(table: GainTable, size: int) -> GainTable:
     covariance = np.zeros((len(table.covariance), size, size))
     unseen = [i for i in range(size) if i not in _SEEN]
     covariance[:, unseen, unseen] = np.nan
-    covariance[(slice(None), *np.ix_(_SEEN, _SEEN))] = table.covariance
+    seen = np.array(_SEEN)
+    covariance[:, seen[:, None], seen] = table.covariance
     return replace(table, gains=gains, covariance=covariance)
