@@ -31,7 +31,7 @@ CIRCLE = np.linspace(0.0, 2 * np.pi, 61)
 
 @dataclass(frozen=True)
 class Travelled:
-    """Positions ``p_n``, the truth ``p_true`` and standard deviations ``sd``, all (n, 3); ``anchors`` (k, 3); in metres."""
+    """Positions ``p_n``, the truth ``p_true``, standard deviations ``sd``, all (n, 3) [m]; ``anchors`` (k, 3) [m]."""
 
     p_n: Array
     p_true: Array
@@ -52,13 +52,12 @@ def trajectory(way: Travelled, words: str) -> Plot:
         axes.plot(est[:, 0], est[:, across], color=ESTIMATE, linewidth=1.0, label="Estimate")
         axes.plot(anchors[:, 0], anchors[:, across], "^", color=MUTED, markersize=7, linestyle="none", label="Anchors")
         _ellipses(axes, est[:, [0, across]], way.sd[:, [0, across]])
-        axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.03)
         label_value(axes, name)
     side.set_xlabel("North, m", color=INK)
     figure.align_ylabels([above, side])
     add_legend(figure, above)
-    return Plot(figure, caption([words, f"Ellipses: {SIGMAS:g} standard deviations at {ELLIPSES} places."], False))
+    return Plot(figure, caption([words, f"Ellipses: {SIGMAS:g} standard deviations at {ELLIPSES} places. Axes differ in scale."], False))
 
 
 def _ellipses(axes: Axes, centre: Array, sd: Array) -> None:
