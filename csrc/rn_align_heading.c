@@ -21,45 +21,73 @@ static real exponent(const circle_t *c, real p, real *offset)
     return R(-0.5) * (I[0] * x[0] * x[0] + R(2.0) * I[1] * x[0] * x[1] + I[2] * x[1] * x[1]);
 }
 
-/* The likeliest azimuth, and half the width of the arc worth summing over. */
-static real likeliest(const circle_t *c, real *half)
+/* Climb to the top near p; returns it, and the information there. */
+static real climb(const circle_t *c, real p, real *info)
 {
-    real best = R(0.0), top = R(0.0), x[2];
-    for (int i = 0; i < NODES; i++) {
-        const real p = R(2.0) * PI * (real)i / (real)NODES, value = exponent(c, p, x);
-        if (i == 0 || value > top) {
-            top = value;
-            best = p;
-        }
-    }
-    real info = R(0.0);
+    real x[2];
     for (int i = 0; i < 20; i++) {
-        exponent(c, best, x);
-        const real dx = -c->radius * rn_sin(best), dy = -c->radius * rn_cos(best), *I = c->info;
+        exponent(c, p, x);
+        const real dx = -c->radius * rn_sin(p), dy = -c->radius * rn_cos(p), *I = c->info;
         const real slope = -(I[0] * x[0] * dx + I[1] * (x[0] * dy + x[1] * dx) + I[2] * x[1] * dy);
-        info = I[0] * dx * dx + R(2.0) * I[1] * dx * dy + I[2] * dy * dy;
-        const real step = slope / info, most = R(0.05);
-        best += step > most ? most : step < -most ? -most : step;
+        *info = I[0] * dx * dx + R(2.0) * I[1] * dx * dy + I[2] * dy * dy;
+        const real step = slope / *info, most = R(0.05);
+        p += step > most ? most : step < -most ? -most : step;
     }
-    const real wide = R(6.0) / rn_sqrt(info);
-    *half = wide < PI ? wide : PI;
-    return best;
+    return p;
 }
 
-/* Sums over the arc: the mean of the offset, its second moments, those of heading. */
+/* Arcs worth summing over.  The exponent is a trigonometric polynomial of degree two: it has two tops at most. */
+typedef struct {
+    real centre, half;
+} arc_t;
+
+static int arcs_of(const circle_t *c, arc_t *arc)
+{
+    real value[NODES], x[2], info = R(0.0), top[2] = {R(0.0)};
+    int count = 0;
+    for (int i = 0; i < NODES; i++) value[i] = exponent(c, R(2.0) * PI * (real)i / (real)NODES, x);
+    for (int i = 0; i < NODES; i++) {
+        if (!(value[i] >= value[(i + NODES - 1) % NODES] && value[i] > value[(i + 1) % NODES]) || count == 2) continue;
+        const real p = climb(c, R(2.0) * PI * (real)i / (real)NODES, &info), wide = R(6.0) / rn_sqrt(info);
+        top[count] = exponent(c, p, x);
+        arc[count].centre = p;
+        arc[count++].half = wide < PI ? wide : PI;
+    }
+    if (count == 0) { /* flat to rounding */
+        arc[0].centre = R(0.0);
+        arc[0].half = PI;
+        return 1;
+    }
+    if (count == 2 && top[1] > top[0]) {
+        const arc_t first = arc[0];
+        arc[0] = arc[1];
+        arc[1] = first;
+    }
+    const real apart = count == 2 ? rn_abs(rn_wrap(arc[1].centre - arc[0].centre)) : R(0.0);
+    if (count == 2 && apart < arc[0].half + arc[1].half) {
+        const real whole = arc[0].half + apart;
+        arc[0].half = whole < PI ? whole : PI;
+        return 1;
+    }
+    return count;
+}
+
+/* Means over the arcs: the offset, its second moments, the heading beyond the first arc's centre and its square. */
 typedef struct {
     real x[2], xx[3], heading, heading_square, cosine, sine;
 } moments_t;
 
-static void sum_over(const circle_t *c, real centre, real half, const real *K_down, moments_t *m)
+static void sum_over(const circle_t *c, const arc_t *arc, int count, const real *down_gain, moments_t *m)
 {
     real total = R(0.0), x[2];
-    const real top = exponent(c, centre, x);
+    const real top = exponent(c, arc[0].centre, x);
     memset(m, 0, sizeof *m);
-    for (int i = 0; i < NODES; i++) {
-        const real turn = half * ((R(2.0) * (real)i + R(1.0)) / (real)NODES - R(1.0));
-        const real w = rn_exp(exponent(c, centre + turn, x) - top);
-        const real h = turn + K_down[0] * x[0] + K_down[1] * x[1];
+    for (int i = 0; i < NODES * count; i++) {
+        const arc_t *on = &arc[i / NODES];
+        const real p = on->centre + on->half * ((R(2.0) * (real)(i % NODES) + R(1.0)) / (real)NODES - R(1.0));
+        const real w = on->half * rn_exp(exponent(c, p, x) - top);
+        const real turn = rn_wrap(on->centre - arc[0].centre) + (p - on->centre);
+        const real h = turn + down_gain[0] * x[0] + down_gain[1] * x[1];
         total += w;
         for (int j = 0; j < 2; j++) m->x[j] += w * x[j];
         m->xx[0] += w * x[0] * x[0];
@@ -70,8 +98,12 @@ static void sum_over(const circle_t *c, real centre, real half, const real *K_do
         m->cosine += w * rn_cos(h);
         m->sine += w * rn_sin(h);
     }
-    real *all = m->x;
-    for (int i = 0; i < (int)(sizeof *m / sizeof(real)); i++) all[i] /= total;
+    for (int j = 0; j < 2; j++) m->x[j] /= total;
+    for (int j = 0; j < 3; j++) m->xx[j] /= total;
+    m->heading /= total;
+    m->heading_square /= total;
+    m->cosine /= total;
+    m->sine /= total;
     m->xx[0] -= m->x[0] * m->x[0];
     m->xx[1] -= m->x[0] * m->x[1];
     m->xx[2] -= m->x[1] * m->x[1];
@@ -83,15 +115,16 @@ void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) *
     const real *P = f->P, *q = f->core.q;
     const real xx = P[RN_ALIGN_RATE * (n + 1)], xy = P[RN_ALIGN_RATE * n + RN_ALIGN_RATE + 1], yy = P[(RN_ALIGN_RATE + 1) * (n + 1)], det = xx * yy - xy * xy;
     const circle_t c = {RN_ALIGN_EARTH_RATE * rn_cos(s->latitude), {f->core.rate[0], f->core.rate[1]}, {yy / det, -xy / det, xx / det}};
-    real K[RN_ALIGN_RATE][2], half;
+    real K[RN_ALIGN_RATE][2];
+    arc_t arc[2];
     for (int i = 0; i < RN_ALIGN_RATE; i++) {
         const real a = P[i * n + RN_ALIGN_RATE], b = P[i * n + RN_ALIGN_RATE + 1];
         K[i][0] = a * c.info[0] + b * c.info[1];
         K[i][1] = a * c.info[1] + b * c.info[2];
     }
-    const real centre = likeliest(&c, &half);
+    const int arcs = arcs_of(&c, arc);
     moments_t m;
-    sum_over(&c, centre, half, K[RN_ALIGN_TURN + 2], &m);
+    sum_over(&c, arc, arcs, K[RN_ALIGN_TURN + 2], &m);
     memcpy(out->q, q, sizeof out->q);
     for (int i = 0; i < 2; i++) out->tilt[i] = K[i][0] * m.x[0] + K[i][1] * m.x[1];
     for (int i = 0; i < 3; i++) {
@@ -108,7 +141,7 @@ void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) *
     const real *down_gain = K[RN_ALIGN_TURN + 2];
     const real down = P[2 * n + 2] - (down_gain[0] * down_gain[0] * xx + R(2.0) * down_gain[0] * down_gain[1] * xy + down_gain[1] * down_gain[1] * yy);
     const real forward = rn_atan2(R(2.0) * (q[1] * q[2] + q[0] * q[3]), R(1.0) - R(2.0) * (q[2] * q[2] + q[3] * q[3]));
-    out->heading = rn_wrap(forward + centre + m.heading);
+    out->heading = rn_wrap(forward + arc[0].centre + m.heading);
     out->heading_var = m.heading_square - m.heading * m.heading + down;
     out->concentration = rn_sqrt(m.cosine * m.cosine + m.sine * m.sine);
     for (int i = 0; i < 2; i++) {

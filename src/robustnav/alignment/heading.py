@@ -58,16 +58,30 @@ class _Circle:
         off = self.radius * np.stack([np.cos(p), -np.sin(p)], axis=-1) - self.mean
         return off, -0.5 * np.einsum("ki,ij,kj->k", off, self.info, off)
 
-    def likeliest(self) -> tuple[float, float]:
-        """Return the likeliest azimuth and half the width of the arc worth summing over."""
-        grid = 2 * pi * np.arange(NODES) / NODES
-        best, info = float(grid[np.argmax(self.at(grid)[1])]), 0.0
+    def climb(self, p: float) -> tuple[float, float]:
+        """Return the top near azimuth ``p`` and half the width of the arc worth summing over."""
+        info = 0.0
         for _ in range(20):
-            off = self.at(np.array([best]))[0][0]
-            slope = self.radius * np.array([-np.sin(best), -np.cos(best)])
+            off = self.at(np.array([p]))[0][0]
+            slope = self.radius * np.array([-np.sin(p), -np.cos(p)])
             info = float(slope @ self.info @ slope)
-            best += float(np.clip(-off @ self.info @ slope / info, -0.05, 0.05))
-        return best, min(6 / sqrt(info), pi)
+            p += float(np.clip(-off @ self.info @ slope / info, -0.05, 0.05))
+        return p, min(6 / sqrt(info), pi)
+
+    def arcs(self) -> list[tuple[float, float]]:
+        """Return centre and half width of one arc or two that hold the density, the highest first.
+
+        The exponent is a trigonometric polynomial of degree two: it has two tops at most.
+        """
+        grid = 2 * pi * np.arange(NODES) / NODES
+        value = self.at(grid)[1]
+        tops = grid[(value >= np.roll(value, 1)) & (value > np.roll(value, -1))][:2]
+        found = [self.climb(float(top)) for top in tops] or [(0.0, pi)]  # none: flat to rounding
+        found.sort(key=lambda arc: -float(self.at(np.array([arc[0]]))[1][0]))
+        apart = abs(float(wrap_angle(found[-1][0] - found[0][0])))
+        if len(found) == 2 and apart < found[0][1] + found[1][1]:
+            return [(found[0][0], min(found[0][1] + apart, pi))]
+        return found
 
 
 def answer(belief: Belief, setup: AlignSetup) -> Answer:
@@ -76,10 +90,11 @@ def answer(belief: Belief, setup: AlignSetup) -> Answer:
     info = np.linalg.inv(P[turn, turn])
     circle = _Circle(setup.horizontal_earth_rate, core.rate, np.asarray(info, float))
     K = P[:RATE, turn] @ circle.info
-    centre, half = circle.likeliest()
-    turns = half * ((2 * np.arange(NODES) + 1) / NODES - 1)
-    off, log_density = circle.at(centre + turns)
-    w = np.exp(log_density - circle.at(np.array([centre]))[1])
+    arcs, unit = circle.arcs(), (2 * np.arange(NODES) + 1) / NODES - 1
+    centre = arcs[0][0]
+    off, log_density = circle.at(np.concatenate([middle + half * unit for middle, half in arcs]))
+    turns = np.concatenate([wrap_angle(middle - centre) + half * unit for middle, half in arcs])
+    w = np.repeat([half for _, half in arcs], NODES) * np.exp(log_density - circle.at(np.array([centre]))[1])
     w /= w.sum()
     heading = turns + off @ K[2]
     mean, mean_heading = w @ off, float(w @ heading)

@@ -41,7 +41,7 @@ class Increments:
             value = np.ascontiguousarray(getattr(self, name), float)
             if value.shape != shape:
                 raise InputError(f"increments {name}", got=f"shape {value.shape}", expected=f"shape {shape}")
-            bad = np.flatnonzero(~np.isfinite(value.reshape(n, -1)).all(axis=1))
+            bad = np.flatnonzero(~np.isfinite(value).all(axis=tuple(range(1, value.ndim))))
             if bad.size:
                 raise InputError(f"increments {name}", place=f"row {bad[0]}", got="a number that is not finite")
             object.__setattr__(self, name, value)
