@@ -50,7 +50,7 @@ class Leg:
 
     ``lead`` (m,) is by how much the first way's readings cost less than the second's; at row ``end`` it is settled,
     ``end == n`` if never; ``merged`` says that the two ways came together there.  ``continues`` says that the first way
-    goes on where the last leg led.
+    goes on where the last leg led, ``second_look`` that it began away from the anchors' plane, after two ways met.
     """
 
     row: int
@@ -60,6 +60,7 @@ class Leg:
     end: int
     continues: bool = False
     merged: bool = False
+    second_look: bool = False
 
     @classmethod
     def begin(

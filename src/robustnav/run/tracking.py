@@ -113,7 +113,9 @@ class _Course:
         elif passed is not None:
             x, P = (a[0] for a in leg.shown(slice(passed - leg.row, passed - leg.row + 1)))
             starts = [Start(x, unpack(P)), self.task.mirrored(x, P)]
-            self._add(Leg.begin(self.task, passed, starts, 0.0, continues=True))
+            following = Leg.begin(self.task, passed, starts, 0.0, continues=True)
+            following.second_look = not self.task.sides(x[None], unpack(P)[None])[0][0]
+            self._add(following)
         return lost is not None or passed is not None
 
     def _add(self, leg: Leg) -> None:
@@ -157,17 +159,17 @@ class _Course:
         """
         t, last = self.task.feed.t, len(self.task.feed.t) - 1
         x, P = leg.shown(slice(None))
-        rows = self.task.beside_plane(x, unpack(P))
+        rows, clearly = self.task.sides(x, unpack(P))
         if len(leg.ways) == 2:
+            settled = np.arange(leg.row, len(t)) > leg.end
             later = t[leg.row :] >= t[min(leg.end, last)] + self.task.tau
             again = np.logical_or.accumulate(~rows) & rows
-            rows = again | (later & (rows | (leg.merged and not self._looked_twice())))
+            rows = again | (later & rows)
+            if leg.merged and not leg.second_look:
+                rows |= settled & clearly
         rows[0] &= len(leg.ways) == 1
         rows[-1] = False
         return leg.row + int(np.argmax(rows)) if rows.any() else None
-
-    def _looked_twice(self) -> bool:
-        return len(self.legs) > 1 and self.legs[-2].merged and self.legs[-2].settled and self.legs[-1].continues
 
     def _ranging(self) -> list[SensorSeen]:
         names = [s.name for s in self.task.estimator.model.sensors]

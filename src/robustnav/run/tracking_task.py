@@ -158,18 +158,20 @@ class TrackingTask:
         moved[part] += self.plane.point
         return Start(moved, turn @ unpack(P) @ turn.T)
 
-    def beside_plane(self, x: Array, P: Array) -> BoolArray:
-        """Return where states (n, nx) with covariances (n, ne, ne) may be on either side of the anchors' plane.
+    def sides(self, x: Array, P: Array) -> tuple[BoolArray, BoolArray]:
+        """Return where states (n, nx) with covariances (n, ne, ne) may be on either side, and clearly are on one.
 
-        There the plane, and the anchors beside it, are within three standard deviations.
+        Either side of the anchors' plane: it, and the anchors beside it, are within three standard deviations.  Clearly
+        on one: a state and its mirror image are more than a standard deviation apart.
         """
         part = self.estimator.model.state_slices["p_n"]
         if self.events.down is not None or part.stop - part.start == 2:
-            return np.zeros(len(x), bool)
+            return np.zeros(len(x), bool), np.zeros(len(x), bool)
         height = (x[:, part] - self.plane.point) @ self.plane.normal
         doubt = 3 * np.sqrt(np.einsum("i,nij,j->n", self.plane.normal, P[:, part, part], self.plane.normal))
-        out: BoolArray = (np.abs(height) < doubt) & (self.plane.spread < doubt)
-        return out
+        either: BoolArray = (np.abs(height) < doubt) & (self.plane.spread < doubt)
+        clearly: BoolArray = np.abs(height) > doubt / 6
+        return either, clearly
 
     def place(self, x: Array) -> Array:
         """Return the position (3,) of a state."""

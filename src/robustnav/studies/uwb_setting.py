@@ -63,7 +63,7 @@ class Scenario:
 def own_motion() -> WhiteAcceleration:
     """Return the model that tracks are drawn from where a filter is held against its bound."""
     density = (OWN_DENSITY,) * 3
-    return WhiteAcceleration((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), density)
+    return WhiteAcceleration((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), (0.3, 0.3, 0.3), (0.5, 0.5, 0.5), density)
 
 
 def circuit(duration: float) -> Path:
