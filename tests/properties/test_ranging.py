@@ -16,7 +16,7 @@ from robustnav.sim.ranging_errors import Colour, RangingErrors
 from robustnav.sim.ranging_random import WhiteAcceleration
 from robustnav.sim.ranging_setup import RangingSetup, Schedule, ring_pairs
 from robustnav.sim.rig import hall
-from robustnav.studies.uwb_runs import range_bound
+from robustnav.studies.uwb_own import range_bound
 
 RUNS, SECONDS, DENSITY, SD = 120, 4.0, 0.3, 0.1
 MOTION = WhiteAcceleration((0.0, 0.0, -2.0), (0.0,) * 3, (0.3,) * 3, (0.5,) * 3, (DENSITY,) * 3)

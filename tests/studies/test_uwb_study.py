@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from robustnav.errors import InputError
-from robustnav.studies import uwb_runs
 from robustnav.studies.uwb import OWN, goals, results, steps_of, uwb_study
+from robustnav.studies.uwb_figures import Followed, is_lost, position_figures, recovery_of
+from robustnav.studies.uwb_own import run_bounded
 from robustnav.studies.uwb_report import write_study
-from robustnav.studies.uwb_runs import Followed, fitted_line, position_figures
+from robustnav.studies.uwb_runs import fitted_line
 from robustnav.studies.uwb_setting import FLIGHT, Scenario, scenarios
 
 SEEDS = 5
@@ -60,7 +61,7 @@ def test_what_ranges_do_not_tell_is_refused_or_named(study):
 
 
 def test_equal_seeds_give_equal_figures():
-    once, again = (uwb_runs.run_bounded(4, 7, lambda: None).figures for _ in range(2))
+    once, again = (run_bounded(4, 7, lambda: None).figures for _ in range(2))
     assert once == again
 
 
@@ -110,22 +111,22 @@ def timed(returns):
 def test_recovery_is_the_time_until_the_error_stays_small_for_a_second():
     far = np.zeros(100, bool)
     far[50:63] = True
-    assert uwb_runs._recovery(followed(far), 5.0) == pytest.approx(1.2)
+    assert recovery_of(followed(far), 5.0) == pytest.approx(1.2)
     far[70] = True
-    assert uwb_runs._recovery(followed(far), 5.0) == pytest.approx(2.0)
-    assert uwb_runs._recovery(followed(far | (np.arange(100) > 65)), 5.0) == np.inf
-    assert uwb_runs._recovery(followed(np.zeros(100, bool)), 5.0) == 0.0
+    assert recovery_of(followed(far), 5.0) == pytest.approx(2.0)
+    assert recovery_of(followed(far | (np.arange(100) > 65)), 5.0) == np.inf
+    assert recovery_of(followed(np.zeros(100, bool)), 5.0) == 0.0
 
 
 def test_a_run_is_lost_when_its_error_stays_large_while_ranges_come():
     far = np.zeros(100, bool)
     far[20:38] = True
-    assert not uwb_runs._lost(followed(far), timed(None))
+    assert not is_lost(followed(far), timed(None))
     far[20:45] = True
-    assert uwb_runs._lost(followed(far), timed(None))
-    assert not uwb_runs._lost(followed(far), timed(3.5))
+    assert is_lost(followed(far), timed(None))
+    assert not is_lost(followed(far), timed(3.5))
     far[20:] = True
-    assert uwb_runs._lost(followed(far), timed(3.5))
+    assert is_lost(followed(far), timed(3.5))
 
 
 def test_position_figures_are_those_of_all_runs_together():

@@ -7,16 +7,8 @@ from typing import NamedTuple
 
 from robustnav.errors import InputError
 from robustnav.sim.quadcopter import assumptions
-from robustnav.studies.uwb_runs import (
-    Bounded,
-    Outcome,
-    Progress,
-    run_bounded,
-    run_coloured,
-    run_doubtful,
-    run_scenario,
-    seeds_of,
-)
+from robustnav.studies.uwb_own import Bounded, Progress, run_bounded, run_coloured
+from robustnav.studies.uwb_runs import Outcome, run_doubtful, run_scenario, seeds_of
 from robustnav.studies.uwb_setting import HARD, doubtful, scenarios
 
 LEAST_SEEDS = 4
