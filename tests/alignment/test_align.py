@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from robustnav.alignment import Aligner, AlignSetup, Increments, align, reading_rows
 from robustnav.engine import _kernel
 from robustnav.errors import InputError
-from robustnav.frames import matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply
+from robustnav.frames import euler_from_quat, matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply
 from robustnav.units import ARCMIN, DEG
 
 from .conftest import COARSE, FINE, make_case, setup_of, tilt_of
@@ -82,6 +82,7 @@ def nees(runs: int, gyro_rms: float, wind: str, seconds: float) -> tuple[float, 
         error = tilt_of(said.q_nb[-1:], case.q_nb[-1:])[0]
         # The covariance stands about the axes of the wander frame: compare turned invariants, its mean radius.
         tilt.append(error @ error / (0.5 * np.trace(said.tilt_cov[-1])))
+        np.testing.assert_allclose(euler_from_quat(said.q_nb[-1])[2], said.heading[-1], atol=1e-9)
         C = matrix_from_quat(case.q_nb[-1])
         off = (said.heading[-1] - np.arctan2(C[1, 0], C[0, 0]) + pi) % (2 * pi) - pi
         heading.append((off / said.heading_sd[-1]) ** 2)

@@ -27,8 +27,8 @@ def belief_with(rate_cov: np.ndarray, heading: float, seed: int = 0) -> tuple[Be
     return replace(belief, P=P, core=replace(belief.core, x=x)), setup
 
 
-def brute(belief: Belief, setup: AlignSetup) -> tuple[np.ndarray, np.ndarray, complex]:
-    """Mean and covariance of tilt, mean heading vector of the wander frame, by a sum over 200 000 azimuths."""
+def brute(belief: Belief, setup: AlignSetup) -> tuple[np.ndarray, np.ndarray, complex, float]:
+    """Mean and covariance of tilt, mean vector and variance of the azimuth, by a sum over 200 000 of them."""
     p = np.linspace(-pi, pi, 200_000, endpoint=False)
     info = np.linalg.inv(belief.P[RATE : RATE + 2, RATE : RATE + 2])
     off = setup.horizontal_earth_rate * np.stack([np.cos(p), -np.sin(p)], -1) - belief.core.rate
@@ -38,7 +38,10 @@ def brute(belief: Belief, setup: AlignSetup) -> tuple[np.ndarray, np.ndarray, co
     given = belief.P[:2, :2] - K[:2] @ belief.P[RATE : RATE + 2, :2]
     tilt = off @ K[:2].T
     cov = given + (tilt * w[:, None]).T @ tilt - np.outer(w @ tilt, w @ tilt)
-    return w @ tilt, cov, complex(w @ np.exp(1j * (p + off @ K[2])))
+    vector = complex(w @ np.exp(1j * (p + off @ K[2])))
+    around = (p - np.angle(vector) + pi) % (2 * pi) - pi + off @ K[2]
+    given_down = belief.P[2, 2] - K[2] @ belief.P[RATE : RATE + 2, 2]
+    return w @ tilt, cov, vector, float(w @ around**2 - (w @ around) ** 2 + given_down)
 
 
 COVS = [np.diag([1e-12, 4e-12]), np.diag([4e-10, 1e-10]), np.array([[3e-9, 1e-9], [1e-9, 2e-9]]), 1e-7 * np.eye(2)]
@@ -48,11 +51,12 @@ COVS = [np.diag([1e-12, 4e-12]), np.diag([4e-10, 1e-10]), np.array([[3e-9, 1e-9]
 @pytest.mark.parametrize("heading", [0.3, 3.0, -1.7])
 def test_answer_is_the_sum_over_the_circle(cov, heading):
     belief, setup = belief_with(cov, heading)
-    said, (tilt, tilt_cov, vector) = answer(belief, setup), brute(belief, setup)
+    said, (tilt, tilt_cov, vector, var) = answer(belief, setup), brute(belief, setup)
     np.testing.assert_allclose(said.tilt, tilt, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(said.tilt_cov, tilt_cov, rtol=1e-4, atol=1e-13)
     assert said.concentration == pytest.approx(abs(vector), abs=1e-5)
     if abs(vector) > 0.99:
+        assert said.heading_var == pytest.approx(var, rel=1e-3)
         assert said.heading == pytest.approx((0.7 + np.angle(vector) + pi) % (2 * pi) - pi, abs=1e-3)
 
 
@@ -69,10 +73,25 @@ def test_two_places_on_the_circle_are_both_counted():
     x = belief.core.x.copy()
     x[-1] = 0.0
     belief = replace(belief, core=replace(belief.core, x=x))
-    said, (tilt, _, vector) = answer(belief, setup), brute(belief, setup)
+    said, (tilt, _, vector, _) = answer(belief, setup), brute(belief, setup)
     np.testing.assert_allclose(said.tilt, tilt, rtol=1e-3)
     assert said.concentration == pytest.approx(abs(vector), abs=1e-3) == pytest.approx(0.56, abs=0.01)
     assert np.sqrt(said.heading_var) > 0.9
+
+
+@pytest.mark.parametrize("share", [0.999, 0.99, 0.9, 0.5])
+def test_two_places_near_each_other_are_counted_once(share):
+    """One component known, the other not: the two headings draw together as the known one nears the radius."""
+    belief, setup = belief_with(np.diag([1e-13, 1e-8]), 0.0)
+    x = belief.core.x.copy()
+    x[-2:] = [share * setup.horizontal_earth_rate, 0.0]
+    belief = replace(belief, core=replace(belief.core, x=x))
+    said, (tilt, cov, vector, var) = answer(belief, setup), brute(belief, setup)
+    np.testing.assert_allclose(said.tilt, tilt, rtol=1e-2, atol=1e-6)
+    np.testing.assert_allclose(said.tilt_cov, cov, rtol=1e-2, atol=1e-10)
+    assert said.concentration == pytest.approx(abs(vector), abs=1e-3)
+    # Where the two meet exactly the whole circle is summed, at steps as wide as the density.
+    assert share < 0.9 or said.heading_var == pytest.approx(var, rel=0.1 if share == 0.999 else 1e-2)
 
 
 def test_mixing_moments():
