@@ -9,7 +9,7 @@ from robustnav.sim.trajectory import case_one, case_two
 from robustnav.studies.attitude_runs import readings, simulated, start_errors, starts
 from robustnav.studies.attitude_setting import lineup
 
-SEEDS = 6
+SEEDS = 4
 
 
 def flown(filter_, batch, start, i):

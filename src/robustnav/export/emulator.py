@@ -48,8 +48,9 @@ class Cost:
     """What one piece of work costs on one core.
 
     ``instructions`` executed inside the functions: mean over the rows, with ``least`` and ``most``; ``flash`` of
-    filter, libm and libgcc [B], ``libraries`` of the latter two; ``state`` and ``stack`` [B]; ``frame``: largest frame
-    gcc states, None where one is not bounded; ``digest`` of the replayed states; ``refused`` rows.
+    filter, libm and libgcc [B], ``libraries`` of the latter two; ``state`` and ``stack`` [B], the latter the larger of
+    what was painted over and of ``frame``, the largest frame gcc states, None where one is not bounded; ``digest`` of
+    the replayed states; ``refused`` rows.
     """
 
     instructions: float
@@ -137,6 +138,7 @@ def count(program: Program, core: str, out: Path) -> Cost:
     used = _bytes(out / "probe.map", {o.name for o in filter_objects})
     libraries = sum(used.get(k, 0) for k in ("libm", "libgcc", "libstdc++"))
     inside = _EMPTY * program.calls
+    frame = _frame([o.with_suffix(".su") for o in filter_objects])
     return Cost(
         instructions=whole.mean - none.mean + inside,
         least=whole.least - none.most + inside,
@@ -144,8 +146,8 @@ def count(program: Program, core: str, out: Path) -> Cost:
         flash=used.get("filter", 0) + libraries,
         libraries=libraries,
         state=whole.state,
-        stack=whole.stack - none.stack,
-        frame=_frame([o.with_suffix(".su") for o in filter_objects]),
+        stack=max(whole.stack - none.stack, frame or 0),
+        frame=frame,
         digest=whole.digest,
         refused=whole.refused,
     )

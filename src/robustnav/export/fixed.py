@@ -136,8 +136,8 @@ def _header(name: str, title: str, scaling: Scaling, declarations: str) -> str:
     upper, half = name.upper(), scaling.dt / 2
     about = comment(
         f"{title} Counts of rad/s, m/s^2 and T as below, body axes forward, right, down; at rest the "
-        "accelerometer reads about (0, 0, -1 g).  No allocation, no globals, no library function; the caller owns the state.  Functions "
-        f"return {upper}_OK, or {upper}_REFUSED and leave the state as it was."
+        "accelerometer reads about (0, 0, -1 g).  No allocation, no globals, no library function; the caller owns the "
+        f"state.  Functions return {upper}_OK, or {upper}_REFUSED and leave the state as it was."
     )
     return (
         f"{about}#ifndef {upper}_H\n#define {upper}_H\n\n#include <stdint.h>\n\n"
