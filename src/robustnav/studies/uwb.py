@@ -122,7 +122,7 @@ def results(study: UwbStudy) -> dict[str, object]:
 def rows_of(figures: dict[str, dict[str, float]]) -> list[dict[str, object]]:
     """Return a row a method; figures in metres and seconds."""
     names = {"rmse_2d": "rmse_2d_m", "rmse_3d": "rmse_3d_m", "p95_3d": "p95_3d_m", "nees": "nees", "lost": "lost"}
-    names |= {"recovery_median_s": "recovery_median_s", "recovery_max_s": "recovery_max_s"}
+    names |= {"recovery_median_s": "found_s", "recovery_max_s": "slowest_s"}
     used = [key for key in names if any(key in row for row in figures.values())]
     return [{"method": m} | {names[key]: row.get(key, float("nan")) for key in used} for m, row in figures.items()]
 

@@ -114,7 +114,7 @@ def _lasting(out: Page, study: UwbStudy) -> None:
     out.section("Ranges whose errors last")
     out.text(
         "Antennas and multipath make errors that stay for seconds. A filter that takes them for white noise of the "
-        "same size is no less accurate here, but believes itself too much; one that estimates them is consistent."
+        "same size is nearly as accurate, but believes itself too much; one that estimates them is consistent."
     )
     out.table(rows_of(study.coloured.figures), f"{study.seeds} seeds, sd 0.12 m with a time constant of 3 s.")
     for name in ("white noise", "biased"):
@@ -126,7 +126,7 @@ def _robust(out: Page, study: UwbStudy) -> None:
     out.text(
         "All filters start without a prior. Lost: an error above 1 m for more than 2 s while ranges come. "
         "Recovery: from the return of ranges until the error stays below 0.5 m for a second. The two seconds after the "
-        "return are not in the RMS."
+        "return are not in the RMS. Found and slowest: the median and the largest recovery."
     )
     for name, outcome in study.scenarios.items():
         if name != FLIGHT:
