@@ -36,4 +36,9 @@ int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real 
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
                     real variance, RN(rule) rule, const real *p, RN(seen) * seen, real *scratch);
 
+/* Enlarge the covariance of a Kalman update to that of the H-infinity filter with bound gamma on L e; L: rows x n, scratch:
+ * RN_PACKED(n).  margin: smallest pivot of gamma^2 I - L P L' over gamma^2.  Returns 1 and changes nothing where no such
+ * filter exists. */
+int RN(hinf_enlarge)(real *P, const real *L, int rows, int n, real gamma_squared, real *margin, real *scratch);
+
 #endif

@@ -11,7 +11,7 @@
 
 #define RN_ABI 6
 #define RN_MAX_STATE 48
-#define RN_MAX_INPUT 16
+#define RN_MAX_INPUT 32
 #define RN_MAX_PARAMETERS 32
 #define RN_MAX_NOISES 16
 #define RN_MAX_SENSORS 8

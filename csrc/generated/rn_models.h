@@ -10,6 +10,9 @@
 #include "rn_uwb_3d_driven.h"
 #include "rn_uwb_3d_biased.h"
 #include "rn_inertial.h"
+#include "rn_inertial_biased.h"
+#include "rn_uwb_planar.h"
+#include "rn_alignment.h"
 
 static const RN(model) *const rn_built_in[] = {
     &rn_attitude_model,
@@ -21,6 +24,9 @@ static const RN(model) *const rn_built_in[] = {
     &rn_uwb_3d_driven_model,
     &rn_uwb_3d_biased_model,
     &rn_inertial_model,
+    &rn_inertial_biased_model,
+    &rn_uwb_planar_model,
+    &rn_alignment_model,
     0};
 
 #endif

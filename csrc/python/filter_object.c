@@ -8,20 +8,20 @@
 
 static PyTypeObject *model_type; /* what the constructor accepts */
 
-/* Filter(model, kind, x, P or None, p, q, variance, rules, limits, (alpha, beta, kappa), longest, times, gains) */
+/* Filter(model, kind, x, P or None, p, q, variance, rules, limits, (alpha, beta, kappa), longest, times, gains, gamma, L) */
 static PyObject *filter_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
-    PyObject *model, *rules, *item[8];
+    PyObject *model, *rules, *item[9];
     rn_config c = {.kind = 0};
     if (kwargs && PyDict_Size(kwargs)) return PyErr_Format(PyExc_TypeError, "Filter takes no keywords");
-    if (!PyArg_ParseTuple(args, "O!iOOOOOO!O(ddd)dOO", model_type, &model, &c.kind, &item[0], &item[1], &item[2], &item[3],
-                          &item[4], &PyTuple_Type, &rules, &item[5], &c.alpha, &c.beta, &c.kappa, &c.longest, &item[6], &item[7]))
+    if (!PyArg_ParseTuple(args, "O!iOOOOOO!O(ddd)dOOdO", model_type, &model, &c.kind, &item[0], &item[1], &item[2], &item[3],
+                          &item[4], &PyTuple_Type, &rules, &item[5], &c.alpha, &c.beta, &c.kappa, &c.longest, &item[6], &item[7], &c.gamma, &item[8]))
         return NULL;
     if (!(c.longest > 0.0)) return PyErr_Format(PyExc_ValueError, "longest step: expected seconds above zero");
-    if (c.kind < RN_KIND_EKF || c.kind > RN_KIND_UKF) return PyErr_Format(PyExc_ValueError, "no filter kind %d", c.kind);
+    if (c.kind < RN_KIND_EKF || c.kind > RN_KIND_HINF) return PyErr_Format(PyExc_ValueError, "no filter kind %d", c.kind);
     ModelObject *owner = (ModelObject *)model;
     const rn_info *m = &owner->info;
-    array_t held[8] = {{.held = 0}};
+    array_t held[9] = {{.held = 0}};
     FilterObject *self = NULL;
     c.model = owner->model;
     if (!(c.x = rn_borrow(item[0], &held[0], m->nx, 'd', 0, "state"))) goto done;
@@ -50,6 +50,15 @@ static PyObject *filter_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
         const Py_ssize_t numbers = (Py_ssize_t)c.sets * (((Py_ssize_t)1 << m->nsensors) - 1) * m->ne * m->rows_total;
         if (!(c.gains = rn_borrow(item[7], &held[7], numbers, 'd', 0, "gains"))) goto done;
     }
+    if (c.kind == RN_KIND_HINF) {
+        if (!(c.L = rn_borrow(item[8], &held[8], -1, 'd', 0, "bounded rows"))) goto done;
+        const Py_ssize_t numbers = held[8].view.len / (Py_ssize_t)sizeof(double);
+        c.bounded = (int)(numbers / m->ne);
+        if (numbers < m->ne || numbers % m->ne || numbers > (Py_ssize_t)m->ne * m->ne || !(c.gamma > 0.0)) {
+            PyErr_Format(PyExc_ValueError, "H-infinity: expected gamma above zero and 1 to %d rows of %d numbers", m->ne, m->ne);
+            goto done;
+        }
+    }
     allocfunc alloc = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
     self = (FilterObject *)alloc(type, 0);
     if (!self) goto done;
@@ -65,7 +74,7 @@ static PyObject *filter_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     self->kind = c.kind;
     owner->host->init(self->filter, &c);
 done:
-    rn_give_back(held, 8);
+    rn_give_back(held, 9);
     return (PyObject *)self;
 }
 
@@ -153,7 +162,7 @@ done:
     return result;
 }
 
-/* run(t, u, ((ts, z, nu, s, nis, weight) or None per sensor), x or None, sd or None, P or None) */
+/* run(t, u, ((ts, z, nu, s, nis, weight, margin) or None per sensor), x or None, sd or None, P or None) */
 static PyObject *filter_run(PyObject *object, PyObject *args)
 {
     FilterObject *self = (FilterObject *)object;
@@ -161,7 +170,7 @@ static PyObject *filter_run(PyObject *object, PyObject *args)
     PyObject *t, *u, *sensors, *out[3];
     if (!PyArg_ParseTuple(args, "OOO!OOO", &t, &u, &PyTuple_Type, &sensors, &out[0], &out[1], &out[2])) return NULL;
     if (PyTuple_Size(sensors) != m->nsensors) return PyErr_Format(PyExc_ValueError, "expected %d sensors", m->nsensors);
-    array_t held[5 + 6 * RN_HOST_SENSORS] = {{.held = 0}};
+    array_t held[5 + 7 * RN_HOST_SENSORS] = {{.held = 0}};
     rn_batch b = {.n = 0};
     PyObject *result = NULL;
     if (!(b.t = rn_borrow(t, &held[0], -1, 'd', 0, "t"))) goto done;
@@ -177,15 +186,16 @@ static PyObject *filter_run(PyObject *object, PyObject *args)
     for (int j = 0; j < m->nsensors; j++) {
         PyObject *one = PyTuple_GetItem(sensors, j);
         if (one == Py_None) continue;
-        array_t *h = &held[5 + 6 * j];
-        PyObject *part[6];
-        if (!PyTuple_Check(one) || !PyArg_ParseTuple(one, "OOOOOO", &part[0], &part[1], &part[2], &part[3], &part[4], &part[5])) {
-            if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "a sensor is (ts, z, nu, s, nis, weight)");
+        array_t *h = &held[5 + 7 * j];
+        PyObject *part[7];
+        if (!PyTuple_Check(one) || !PyArg_ParseTuple(one, "OOOOOOO", &part[0], &part[1], &part[2], &part[3], &part[4], &part[5],
+                                                        &part[6])) {
+            if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "a sensor is (ts, z, nu, s, nis, weight, margin)");
             goto done;
         }
         if (!(b.ts[j] = rn_borrow(part[0], &h[0], -1, 'd', 0, "sensor times"))) goto done;
         const Py_ssize_t rows = h[0].view.len / (Py_ssize_t)sizeof(double);
-        const int width = self->kind == RN_KIND_UKF ? m->size[j] : m->rows[j];
+        const int width = self->kind >= RN_KIND_UKF ? m->size[j] : m->rows[j];
         b.count[j] = (size_t)rows;
         if (!(b.z[j] = rn_borrow(part[1], &h[1], rows * m->width[j], 'd', 0, "readings"))) goto done;
         if (part[2] == Py_None) continue;
@@ -193,6 +203,7 @@ static PyObject *filter_run(PyObject *object, PyObject *args)
         if (!(b.s[j] = rn_borrow(part[3], &h[3], rows * width, 'd', 1, "innovation variances"))) goto done;
         if (!(b.nis[j] = rn_borrow(part[4], &h[4], rows, 'd', 1, "nis"))) goto done;
         if (!(b.weight[j] = rn_borrow(part[5], &h[5], rows, 'd', 1, "weight"))) goto done;
+        if (!(b.margin[j] = rn_borrow(part[6], &h[6], rows, 'd', 1, "margin"))) goto done;
     }
     for (size_t from = 0; from < b.n; from += CHUNK) {
         const size_t to = from + CHUNK < b.n ? from + CHUNK : b.n;
@@ -204,7 +215,7 @@ static PyObject *filter_run(PyObject *object, PyObject *args)
     Py_INCREF(Py_None);
     result = Py_None;
 done:
-    rn_give_back(held, 5 + 6 * RN_HOST_SENSORS);
+    rn_give_back(held, 5 + 7 * RN_HOST_SENSORS);
     return result;
 }
 

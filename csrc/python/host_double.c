@@ -5,6 +5,7 @@
 #define RN_SMOOTH_ROWS rn_smooth_rows_double
 #include "../rn_filter.c"
 #include "../rn_ukf.c"
+#include "../rn_hinf.c"
 #include "../rn_smooth.c"
 #include "rn_call.c"
 #include "rn_host.c"

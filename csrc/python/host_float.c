@@ -6,6 +6,7 @@
 #define RN_SMOOTH_ROWS rn_smooth_rows_float
 #include "../rn_filter.c"
 #include "../rn_ukf.c"
+#include "../rn_hinf.c"
 #include "../rn_smooth.c"
 #include "rn_call.c"
 #include "rn_host.c"

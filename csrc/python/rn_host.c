@@ -13,12 +13,14 @@ typedef struct {
     double time;    /* of the state [s]; NaN before the first input */
     double elapsed; /* since the filter's start [s]: picks the gain set */
     double longest; /* prediction made in one step [s] */
+    int bounded;    /* rows of L */
+    real gamma_squared;
     int sets, set;
     RN(unscented) unscented;
     real x[RN_MAX_STATE + 1], P[RN_PACKED(RN_MAX_STATE)];
     real p[RN_MAX_PARAMETERS], q[RN_MAX_NOISES], variance[RN_HOST_SENSORS];
     RN(rule) rule[RN_HOST_SENSORS];
-    real *gains, *scratch; /* behind this struct, in the same block */
+    real *gains, *L, *scratch; /* behind this struct, in the same block */
     double *times;
 } filter_t;
 
@@ -82,8 +84,9 @@ static size_t gain_numbers(const rn_config *c)
 static size_t bytes(const rn_config *c)
 {
     const RN(model) *m = c->model;
-    const size_t scratch = c->kind == RN_KIND_UKF ? (size_t)RN(ukf_scratch)(m) : 0;
-    return sizeof(filter_t) + (size_t)c->sets * sizeof(double) + (gain_numbers(c) + scratch) * sizeof(real);
+    const size_t scratch = c->kind >= RN_KIND_UKF ? (size_t)RN(ukf_scratch)(m) : 0;
+    const size_t bound = (size_t)c->bounded * (size_t)m->ne;
+    return sizeof(filter_t) + (size_t)c->sets * sizeof(double) + (gain_numbers(c) + bound + scratch) * sizeof(real);
 }
 
 static void init(void *memory, const rn_config *c)
@@ -100,7 +103,11 @@ static void init(void *memory, const rn_config *c)
     }
     f->times = (double *)(void *)(f + 1);
     f->gains = (real *)(void *)(f->times + c->sets);
-    f->scratch = f->gains + gain_numbers(c);
+    f->L = f->gains + gain_numbers(c);
+    f->scratch = f->L + (size_t)c->bounded * (size_t)m->ne;
+    f->bounded = c->bounded;
+    f->gamma_squared = (real)(c->gamma * c->gamma);
+    to_real(f->L, c->L, c->bounded * m->ne);
     for (int i = 0; i < c->sets; i++) f->times[i] = c->times[i];
     for (size_t i = 0; i < gain_numbers(c); i++) f->gains[i] = (real)c->gains[i];
     to_real(f->x, c->x, m->nx);
@@ -141,6 +148,7 @@ static void step(filter_t *f, const real *input, double dt)
     switch (f->kind) {
     case RN_KIND_FIXED: f->model->propagate(f->x, input, f->p, (real)dt); break;
     case RN_KIND_UKF:
+    case RN_KIND_HINF:
         if (RN(ukf_predict)(f->model, &f->unscented, f->x, f->P, input, f->q, f->p, (real)dt, f->scratch))
             f->P[0] = (real)NAN; /* a covariance that lost definiteness stays visible */
         break;
@@ -150,7 +158,7 @@ static void step(filter_t *f, const real *input, double dt)
 
 static void predict(void *memory, const double *u, double dt)
 {
-    enum { MOST_PARTS = 1000000 };
+    enum { MOST_PARTS = 10000 };
     filter_t *f = memory;
     real room[RN_MAX_INPUT];
     const real *input = as_real(room, u, f->model->nu);
@@ -167,7 +175,7 @@ static void predict(void *memory, const double *u, double dt)
 /* Rows a reading is fused as: the unscented filter takes it as it is. */
 static int seen_rows(const filter_t *f, int j)
 {
-    return f->kind == RN_KIND_UKF ? f->model->sensors[j].size : f->model->sensors[j].rows;
+    return f->kind >= RN_KIND_UKF ? f->model->sensors[j].size : f->model->sensors[j].rows;
 }
 
 static void keep_seen(double *out, const RN(seen) * seen, int rows)
@@ -177,6 +185,7 @@ static void keep_seen(double *out, const RN(seen) * seen, int rows)
     to_double(out + RN_MAX_ROWS, seen->s, rows);
     out[2 * RN_MAX_ROWS] = (double)seen->nis;
     out[2 * RN_MAX_ROWS + 1] = (double)seen->weight;
+    out[2 * RN_MAX_ROWS + 2] = (double)NAN;
 }
 
 static void correct_fixed(filter_t *f, const double *const z[], double *const seen[])
@@ -218,16 +227,24 @@ static void correct(void *memory, const double *const z[], double *const seen[])
         correct_fixed(f, z, seen);
         return;
     }
+    int used = 0;
     for (int j = 0; j < m->nsensors; j++) {
         real room[RN_MAX_READING];
         RN(seen) one;
         if (z[j] == NULL || !all_finite(z[j], m->sensors[j].width)) continue;
         const real *reading = as_real(room, z[j], m->sensors[j].width);
-        if (f->kind == RN_KIND_UKF)
+        if (f->kind >= RN_KIND_UKF)
             RN(ukf_update)(m, &f->unscented, j, f->x, f->P, reading, f->variance[j], f->rule[j], f->p, &one, f->scratch);
         else
             one.weight = m->sensors[j].update(f->x, f->P, reading, f->variance[j], f->rule[j], f->p, one.nu, one.s, &one.nis);
         keep_seen(seen[j], &one, seen_rows(f, j));
+        used |= one.weight > R(0.0);
+    }
+    if (f->kind != RN_KIND_HINF || !used) return;
+    real margin;
+    RN(hinf_enlarge)(f->P, f->L, f->bounded, m->ne, f->gamma_squared, &margin, f->scratch);
+    for (int j = 0; j < m->nsensors; j++) {
+        if (seen[j] && z[j]) seen[j][2 * RN_MAX_ROWS + 2] = (double)margin;
     }
 }
 
@@ -236,7 +253,7 @@ static void take(filter_t *f, rn_batch *b, double at)
 {
     const RN(model) *m = f->model;
     const double *z[RN_HOST_SENSORS] = {NULL};
-    double kept[RN_HOST_SENSORS][2 * RN_MAX_ROWS + 2], *seen[RN_HOST_SENSORS] = {NULL};
+    double kept[RN_HOST_SENSORS][RN_SEEN], *seen[RN_HOST_SENSORS] = {NULL};
     size_t row[RN_HOST_SENSORS];
     for (;;) {
         int any = 0;
@@ -258,6 +275,7 @@ static void take(filter_t *f, rn_batch *b, double at)
             memcpy(b->s[j] + row[j] * rows, kept[j] + RN_MAX_ROWS, rows * sizeof(double));
             b->nis[j][row[j]] = kept[j][2 * RN_MAX_ROWS];
             b->weight[j][row[j]] = kept[j][2 * RN_MAX_ROWS + 1];
+            b->margin[j][row[j]] = kept[j][2 * RN_MAX_ROWS + 2];
         }
     }
 }

@@ -6,7 +6,8 @@
 
 #define RN_HOST_SENSORS 8
 
-enum { RN_KIND_EKF = 0, RN_KIND_FIXED = 1, RN_KIND_UKF = 2 };
+enum { RN_KIND_EKF = 0, RN_KIND_FIXED = 1, RN_KIND_UKF = 2, RN_KIND_HINF = 3 };
+#define RN_SEEN (2 * 8 + 3) /* numbers a reading leaves: nu (8), s (8), nis, weight, margin of existence */
 enum {
     RN_CALL_PROPAGATE,    /* in: x u p dt      out: x        */
     RN_CALL_TRANSITION,   /* in: x u q p dt    out: F Q      */
@@ -34,6 +35,9 @@ typedef struct {
     const double *limit;                    /* of each sensor's rule */
     int rule[RN_HOST_SENSORS];
     double longest;                         /* prediction made in one step [s] */
+    int bounded;                            /* H-infinity: rows of L (bounded, ne), bound gamma */
+    double gamma;
+    const double *L;
     double alpha, beta, kappa;                     /* unscented */
     int sets;                                      /* gain sets: times (sets), gains (sets, 2^sensors - 1, ne, rows) */
     const double *times, *gains;
@@ -46,7 +50,7 @@ typedef struct {
     size_t count[RN_HOST_SENSORS], next[RN_HOST_SENSORS];
     const double *ts[RN_HOST_SENSORS], *z[RN_HOST_SENSORS];
     double *x, *sd, *P;
-    double *nu[RN_HOST_SENSORS], *s[RN_HOST_SENSORS], *nis[RN_HOST_SENSORS], *weight[RN_HOST_SENSORS];
+    double *nu[RN_HOST_SENSORS], *s[RN_HOST_SENSORS], *nis[RN_HOST_SENSORS], *weight[RN_HOST_SENSORS], *margin[RN_HOST_SENSORS];
 } rn_batch;
 
 typedef struct {
@@ -59,7 +63,7 @@ typedef struct {
     void (*load)(void *filter, const double *x, const double *P, double time, double elapsed); /* NULL: keep */
     void (*store)(const void *filter, double *x, double *P, double *time, double *elapsed);
     void (*predict)(void *filter, const double *u, double dt);
-    /* z by sensor, NULL where there is no reading; seen: per sensor nu (8), s (8), nis, weight, or NULL */
+    /* z by sensor, NULL where there is no reading; seen: per sensor RN_SEEN numbers, or NULL */
     void (*correct)(void *filter, const double *const z[], double *const seen[]);
     /* rows [from, to) of the batch; the caller checks for interrupts between calls */
     void (*run)(void *filter, rn_batch *batch, size_t from, size_t to);

@@ -104,7 +104,8 @@ class Innovations:
 
     ``t`` (n,) s; ``z`` (n, m) measured minus predicted in the sensor's unit; ``s`` (n, m) their predicted variances,
     row after row as they were fused (NaN for constant-gain filters); ``nis`` (n,) = sum z^2 / s;
-    ``weight`` (n,) what a reading counted for: 1 in full, 0 refused, NaN missing.
+    ``weight`` (n,) what a reading counted for: 1 in full, 0 refused, NaN missing; ``margin`` (n,) of existence of an
+    H-infinity filter, not above zero where it does not exist; NaN of other filters.
     """
 
     t: Array
@@ -112,6 +113,7 @@ class Innovations:
     s: Array
     nis: Array
     weight: Array
+    margin: Array | None = None
 
     @property
     def used(self) -> BoolArray:

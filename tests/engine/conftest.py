@@ -11,8 +11,18 @@ import pytest
 from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import SensorData
 from robustnav.model import Rotation
-from robustnav.models import AidingNoise, AttitudeNoise, InertialNoise, attitude, attitude_euler, inertial, uwb
-from robustnav.run import EKF, H2, UKF, Start
+from robustnav.models import (
+    AidingNoise,
+    AlignmentNoise,
+    AttitudeNoise,
+    InertialNoise,
+    alignment,
+    attitude,
+    attitude_euler,
+    inertial,
+    uwb,
+)
+from robustnav.run import EKF, H2, UKF, HInfinity, Start
 
 NOISE = AttitudeNoise(2e-2, 1e-3, 0.5, 0.02, 3e-3)
 
@@ -29,6 +39,11 @@ def _attitude():
     return attitude(NOISE, field=1.0, dip_deg=60.0)
 
 
+def _alignment():
+    noise = AlignmentNoise(2e-4, 1e-3, 1e-5, 1e-4, 0.05)
+    return alignment(noise, gravity=9.8, earth_rate_north=6e-5, earth_rate_down=-4e-5)
+
+
 MODELS = {
     "attitude": _attitude,
     "attitude_euler": lambda: attitude_euler(NOISE, field=1.0, dip_deg=60.0),
@@ -40,9 +55,15 @@ MODELS = {
     "uwb_2d": lambda: uwb(range_sd=0.1, acceleration_density=0.5, dimensions=2, tag_down=-1.0, time_offset=0.1),
     "uwb_3d": lambda: uwb(range_sd=0.1, acceleration_density=0.5, vertical_density=0.1),
     "uwb_3d_driven": lambda: uwb(range_sd=0.1, acceleration_density=0.5, driven=True),
+    "alignment": _alignment,
     "inertial": lambda: inertial(InertialNoise(5e-3, 5e-2, 1e-4, 1e-3), AidingNoise(), earth_rate_n=(5e-5, 0, -3e-5)),
 }
-KINDS = {"ekf": EKF, "ukf": UKF, "fixed": lambda model: H2(model, 100.0, start_sd="steady", sets=4)}
+KINDS = {
+    "ekf": EKF,
+    "ukf": UKF,
+    "hinf": lambda model: HInfinity(model, 3 * np.sqrt(model.start_covariance().max())),
+    "fixed": lambda model: H2(model, 100.0, start_sd="steady", sets=4),
+}
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -53,7 +74,7 @@ def private_cache(tmp_path_factory):
 
 
 # no constant gain for the pendulum, whose damping cannot be seen at rest, nor where the geometry varies
-VARYING = {"pendulum", "uwb_2d", "uwb_3d", "uwb_3d_driven", "inertial"}
+VARYING = {"pendulum", "uwb_2d", "uwb_3d", "uwb_3d_driven", "inertial", "alignment"}
 CASES = [(m, k) for m in MODELS for k in KINDS if k != "fixed" or m not in VARYING]
 
 
@@ -82,7 +103,7 @@ def streams(model, x):
     t = 10 + np.sort(np.r_[np.arange(90) * 0.01 + rng.uniform(0, 0.004, 90), 10.31 - 10])
     t[40:] += 0.25
     t[60] = t[59]
-    u = 0.2 * rng.normal(size=(len(t), model.input_size))
+    u = model.nominal_input() + 0.2 * rng.normal(size=(len(t), model.input_size))
     if model.input_size:
         u[[0, 30, 31], 0] = np.nan
     sensors = []
@@ -121,7 +142,7 @@ def same():
             if a is None:
                 continue
             np.testing.assert_array_equal(a.used, b.used)
-            for what in ("nu", "s", "nis", "weight"):
+            for what in ("nu", "s", "nis", "weight", "margin"):
                 close(getattr(a, what), getattr(b, what), f"{what} of sensor {j}")
 
     return check

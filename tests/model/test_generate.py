@@ -128,7 +128,7 @@ def test_a_model_without_inputs_parameters_or_noise():
     assert compiled.rows == (1,)  # the second number says nothing of the state
 
 
-@pytest.mark.parametrize("changes", [{"inputs": 17}, {"sensors": 9}, {"rows": 9}])
+@pytest.mark.parametrize("changes", [{"inputs": 33}, {"sensors": 9}, {"rows": 9}])
 def test_a_model_beyond_the_kernel_is_refused_by_name(changes):
     numbers = {"inputs": 1, "sensors": 1, "rows": 1, **changes}
     sensors = tuple(Sensor(f"y{j}", "1", 1.0, numbers["rows"]) for j in range(numbers["sensors"]))

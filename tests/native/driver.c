@@ -112,7 +112,7 @@ static void call_each(const rn_host *host, const void *model, const rn_info *m, 
 
 typedef struct {
     rn_config config;
-    double *x, *P, *p, *q, *variance, *limit, *times, *gains;
+    double *x, *P, *p, *q, *variance, *limit, *times, *gains, *L;
 } setup_t;
 
 static setup_t set_up(const void *model, const rn_info *m, int kind, double (*draw)(void))
@@ -126,15 +126,18 @@ static setup_t set_up(const void *model, const rn_info *m, int kind, double (*dr
                  .variance = numbers(sensors, small_positive),
                  .limit = numbers(sensors, zero),
                  .times = numbers(2, zero),
-                 .gains = numbers(2 * per_set, draw)};
+                 .gains = numbers(2 * per_set, draw),
+                 .L = numbers(n * n, zero)};
+    for (size_t i = 0; i < n; i++) s.L[i * n + i] = 1.0;
     for (size_t i = 0, k = 0; i < n; k += n - i, i++) s.P[k] = 0.01;
     for (size_t j = 0; j < sensors; j++) s.limit[j] = bits() % 2 ? (double)INFINITY : 4.0;
     for (size_t k = 0; k < 2 * per_set; k++) s.gains[k] *= 1e-3;
     s.times[1] = 0.5;
     s.config = (rn_config){.model = model, .kind = kind, .x = s.x, .P = kind == RN_KIND_FIXED ? NULL : s.P,
                            .p = s.p, .q = s.q, .variance = s.variance, .limit = s.limit,
-                           .longest = bits() % 2 ? (double)INFINITY : 0.004, .alpha = 1.0, .beta = 2.0, .kappa = 0.0,
-                           .sets = kind == RN_KIND_FIXED ? 2 : 0, .times = s.times, .gains = s.gains};
+                           .longest = draw == sound && bits() % 2 ? 0.004 : (double)INFINITY, .alpha = 1.0, .beta = 2.0, .kappa = 0.0,
+                           .sets = kind == RN_KIND_FIXED ? 2 : 0, .times = s.times, .gains = s.gains,
+                           .bounded = kind == RN_KIND_HINF ? m->ne : 0, .gamma = bits() % 2 ? 5.0 : 0.05, .L = s.L};
     for (size_t j = 0; j < sensors; j++) s.config.rule[j] = (int)(bits() % 3);
     return s;
 }
@@ -149,7 +152,7 @@ static void *make_filter(const rn_host *host, const setup_t *s)
 
 static void tear_down(setup_t *s)
 {
-    double *const all[] = {s->x, s->P, s->p, s->q, s->variance, s->limit, s->times, s->gains};
+    double *const all[] = {s->x, s->P, s->p, s->q, s->variance, s->limit, s->times, s->gains, s->L};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) free(all[i]);
 }
 
@@ -164,7 +167,7 @@ static void stream_hostile(const rn_host *host, const void *model, const rn_info
         double *u = numbers((size_t)m->nu, hostile), *z[RN_HOST_SENSORS] = {NULL}, *seen[RN_HOST_SENSORS] = {NULL};
         for (int j = 0; j < m->nsensors; j++) {
             if (bits() % 3) z[j] = numbers((size_t)m->width[j], hostile);
-            if (bits() % 2) seen[j] = numbers(2 * ROWS + 2, zero);
+            if (bits() % 2) seen[j] = numbers(RN_SEEN, zero);
         }
         const double *given[RN_HOST_SENSORS];
         for (int j = 0; j < RN_HOST_SENSORS; j++) given[j] = z[j];
@@ -217,11 +220,12 @@ static rn_batch new_batch(const rn_info *m, size_t n, double (*draw)(void), int 
         b.ts[j] = times(count, 0.02, kind);
         b.z[j] = numbers(count * (size_t)m->width[j], draw);
         if (!kind && bits() % 3 == 0) continue; /* nobody wants the innovations */
-        const int rows = filter == RN_KIND_UKF ? m->size[j] : m->rows[j]; /* the unscented filter takes a reading whole */
+        const int rows = filter >= RN_KIND_UKF ? m->size[j] : m->rows[j]; /* the unscented filter takes a reading whole */
         b.nu[j] = numbers(count * (size_t)rows, zero);
         b.s[j] = numbers(count * (size_t)rows, zero);
         b.nis[j] = numbers(count, zero);
         b.weight[j] = numbers(count, zero);
+        b.margin[j] = numbers(count, zero);
     }
     return b;
 }
@@ -239,6 +243,7 @@ static void free_batch(rn_batch *b)
         free(b->s[j]);
         free(b->nis[j]);
         free(b->weight[j]);
+        free(b->margin[j]);
     }
 }
 
@@ -300,7 +305,7 @@ static int test_host(const rn_host *host, const char *name)
             call_each(host, model, &m, sound, 1);
             call_each(host, model, &m, hostile, 0);
         }
-        for (int kind = RN_KIND_EKF; kind <= RN_KIND_UKF; kind++) {
+        for (int kind = RN_KIND_EKF; kind <= RN_KIND_HINF; kind++) {
             stream_hostile(host, model, &m, kind);
             run_hostile(host, model, &m, kind);
             run_split(host, model, &m, kind);

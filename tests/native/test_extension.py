@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from robustnav.engine import _kernel
 
-KINDS = range(3)
+KINDS = range(4)
 NAMES = ("attitude", "attitude_euler")
 SPREAD = (1.0, 2.0, 0.0)
 ANYTHING = st.one_of(
@@ -41,8 +41,18 @@ def new_filter(name: str, kind: int, real: str = "double", sets: int = 1):
     P = np.array([float(i == j) for i in range(ne) for j in range(i, ne)])
     gains = np.zeros(sets * (2 ** len(rows) - 1) * ne * sum(rows))
     variances = np.ones(len(rows))
-    arguments = (x, P, np.ones(parameters), np.ones(noises), variances, (0,) * len(rows), np.full(len(rows), np.inf), SPREAD, 1.0)
-    return model, _kernel.Filter(model, kind, *arguments, np.arange(float(sets)), gains)
+    arguments = (
+        x,
+        P,
+        np.ones(parameters),
+        np.ones(noises),
+        variances,
+        (0,) * len(rows),
+        np.full(len(rows), np.inf),
+        SPREAD,
+        1.0,
+    )
+    return model, _kernel.Filter(model, kind, *arguments, np.arange(float(sets)), gains, 5.0, np.eye(ne))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -91,7 +101,18 @@ def test_run_store_and_load_answer_or_refuse(kind, arguments, sensors):
 def test_construction_answers_or_refuses(arguments, kind):
     model = _kernel.Model("attitude")
     try:
-        _kernel.Filter(model, kind, *arguments[:5], tuple(arguments[8:]), arguments[5], SPREAD, 1.0, *arguments[6:8])
+        _kernel.Filter(
+            model,
+            kind,
+            *arguments[:5],
+            tuple(arguments[8:]),
+            arguments[5],
+            SPREAD,
+            1.0,
+            *arguments[6:8],
+            1.0,
+            arguments[8],
+        )
     except REFUSALS:
         return
     raise AssertionError("nothing here fits the model")
@@ -106,7 +127,18 @@ def test_each_array_must_have_its_size(change, by):
     sizes[change] += by
     arrays = [np.zeros(n) for n in sizes]
     with pytest.raises(ValueError):
-        _kernel.Filter(model, 1 if change != 1 else 0, *arrays[:5], (0,) * len(rows), arrays[5], SPREAD, 1.0, *arrays[6:])
+        _kernel.Filter(
+            model,
+            1 if change != 1 else 0,
+            *arrays[:5],
+            (0,) * len(rows),
+            arrays[5],
+            SPREAD,
+            1.0,
+            *arrays[6:],
+            0.0,
+            None,
+        )
 
 
 @pytest.mark.parametrize("rules", [(), (0,), (0, "gate"), (0, 2**70)])
@@ -114,7 +146,7 @@ def test_each_sensor_has_a_rule(rules):
     model = _kernel.Model("attitude")
     arrays = [np.zeros(n) for n in (7, 21, 5, 3, 2)]
     with pytest.raises(REFUSALS):
-        _kernel.Filter(model, 0, *arrays, rules, np.zeros(2), SPREAD, 1.0, None, None)
+        _kernel.Filter(model, 0, *arrays, rules, np.zeros(2), SPREAD, 1.0, None, None, 0.0, None)
 
 
 def test_a_constant_gain_needs_a_gain():

@@ -18,7 +18,7 @@ from robustnav.filter.weighting import Rule
 from robustnav.frames import Array
 from robustnav.records import BoolArray
 
-KINDS = {"ekf": 0, "fixed": 1, "ukf": 2}
+KINDS = {"ekf": 0, "fixed": 1, "ukf": 2, "hinf": 3}
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,13 @@ class FilterSetup:
 
     Parameters
     ----------
-    kind : ``ekf``, ``fixed`` (constant gain) or ``ukf``.
+    kind : ``ekf``, ``fixed`` (constant gain), ``ukf`` or ``hinf`` (unscented with an H-infinity bound).
     x : start state (nx,).
     P : start covariance (ne, ne); None for a constant gain.
     rules : what readings count for, by sensor.
     spread : of the unscented points.
     longest_step : a longer prediction is made in equal parts [s].
+    bound : gamma and the rows (l, ne) it bounds, of ``hinf``.
     times, gains : of a constant gain: starts of the sets (s,) [s] and gains (s, 2^k - 1, ne, rows).
     """
 
@@ -44,6 +45,12 @@ class FilterSetup:
     times: Array | None = None
     gains: Array | None = None
     longest_step: float = float("inf")
+    bound: tuple[float, Array] | None = None
+
+    @property
+    def unscented(self) -> bool:
+        """Whether readings are fused whole, in the sensor's own axes."""
+        return self.kind in ("ukf", "hinf")
 
 
 @dataclass(frozen=True)
@@ -56,12 +63,16 @@ class SensorData:
 
 @dataclass(frozen=True)
 class SensorSeen:
-    """What the readings said: ``nu``, ``s`` (n, rows), ``nis``, ``weight`` (n,); NaN where a reading was missing."""
+    """What the readings said: ``nu``, ``s`` (n, rows), ``nis``, ``weight`` (n,); NaN where a reading was missing.
+
+    ``margin`` (n,) of existence of an H-infinity filter after the instant of the reading; NaN of other filters.
+    """
 
     nu: Array
     s: Array
     nis: Array
     weight: Array
+    margin: Array
 
     @property
     def used(self) -> BoolArray:
@@ -72,7 +83,7 @@ class SensorSeen:
     @classmethod
     def empty(cls, n: int, rows: int) -> SensorSeen:
         """Return room for ``n`` readings, all missing."""
-        return cls(np.full((n, rows), np.nan), np.full((n, rows), np.nan), np.full(n, np.nan), np.full(n, np.nan))
+        return cls(*(np.full((n, rows), np.nan) for _ in range(2)), *(np.full(n, np.nan) for _ in range(3)))
 
 
 @dataclass(frozen=True)
@@ -109,6 +120,8 @@ class KernelFilter:
             setup.longest_step,
             None if setup.times is None else np.ascontiguousarray(setup.times, float),
             None if setup.gains is None else np.ascontiguousarray(setup.gains, float),
+            0.0 if setup.bound is None else float(setup.bound[0]),
+            None if setup.bound is None else np.ascontiguousarray(setup.bound[1], float),
         )
         self.update: Callable[..., None] = self._filter.update
         n = model.model.error_size
@@ -159,14 +172,14 @@ class KernelFilter:
         seen: list[SensorSeen | None] = []
         arguments: list[Any] = []
         sizes = [s.size for s in self.model.model.sensors]
-        for data, rows in zip(sensors, sizes if self.setup.kind == "ukf" else self.model.rows, strict=True):
+        for data, rows in zip(sensors, sizes if self.setup.unscented else self.model.rows, strict=True):
             if data is None:
                 seen.append(None)
                 arguments.append(None)
                 continue
             kept = SensorSeen.empty(len(data.t), rows) if innovations else None
             seen.append(kept)
-            outputs = (kept.nu, kept.s, kept.nis, kept.weight) if kept else (None,) * 4
+            outputs = (kept.nu, kept.s, kept.nis, kept.weight, kept.margin) if kept else (None,) * 5
             arguments.append((np.ascontiguousarray(data.t), np.ascontiguousarray(data.z, float), *outputs))
         u = np.ascontiguousarray(u, float)
         if u.shape != (n, self.model.model.input_size):

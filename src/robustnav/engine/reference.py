@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
 
 from robustnav.engine.filters import FilterSetup, Output, SensorData, SensorSeen
 from robustnav.errors import EstimatorError, InputError
-from robustnav.filter import ekf, fixed_gain, ukf
+from robustnav.filter import ekf, fixed_gain, hinf, ukf
 from robustnav.filter.steps import Seen, pack, unpack
 from robustnav.frames import Array
 from robustnav.model.functions import ModelFunctions
+
+MOST_PARTS = 10_000  # of one prediction
 
 
 class ReferenceFilter:
@@ -75,7 +78,7 @@ class ReferenceFilter:
         """Run over a recording; arguments and result as ``KernelFilter.run``."""
         x_out, P_out = [], []
         rows = [s.size for s in self.model.model.sensors]
-        if self.setup.kind != "ukf":
+        if not self.setup.unscented:
             rows = list(self.model.rows)
         seen = [SensorSeen.empty(len(d.t), m) if d else None for d, m in zip(sensors, rows, strict=True)]
         following = [0] * len(sensors)
@@ -117,20 +120,21 @@ class ReferenceFilter:
                 if kept is not None:
                     kept.nu[rows[j]], kept.s[rows[j]] = one.nu, one.s
                     kept.nis[rows[j]], kept.weight[rows[j]] = one.nis, one.weight
+                    kept.margin[rows[j]] = one.margin
             if at == now and not rows:
                 return
 
     def _predict(self, u: Array, dt: float) -> None:
         self._elapsed += dt
         self._time += dt
-        parts = max(1, ceil(dt / self.setup.longest_step))
+        parts = min(max(1, ceil(dt / self.setup.longest_step)), MOST_PARTS)
         for _ in range(parts):
             self._step(u, dt / parts)
 
     def _step(self, u: Array, dt: float) -> None:
         if self.setup.kind == "fixed":
             self._x = self.model.propagate(self._x, u, dt)
-        elif self.setup.kind == "ukf":
+        elif self.setup.unscented:
             try:
                 self._x, self._P = ukf.predict(self.model, (self._x, self._P), u, dt, self.setup.spread)
             except EstimatorError:
@@ -152,7 +156,7 @@ class ReferenceFilter:
         out = {}
         for j, z in readings.items():
             belief, rule = (self._x, self._P), setup.rules[j]
-            if setup.kind == "ukf":
+            if setup.unscented:
                 try:
                     self._x, self._P, out[j] = ukf.update(self.model, j, belief, z, setup.spread, rule)
                 except EstimatorError:
@@ -160,4 +164,8 @@ class ReferenceFilter:
                     out[j] = Seen(none, none, float("nan"), 0.0)
             else:
                 self._x, self._P, out[j] = ekf.update(self.model, j, belief, z, rule)
+        if setup.bound is not None and any(one.used for one in out.values()):
+            gamma, L = setup.bound
+            self._P, margin = hinf.enlarge(self._P, L, gamma)
+            out = {j: replace(one, margin=margin) for j, one in out.items()}
         return out

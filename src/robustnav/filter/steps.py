@@ -15,13 +15,14 @@ class Seen:
 
     ``nu`` (rows,): measured minus predicted; ``s`` (rows,): predicted variances, NaN for a constant gain;
     ``nis``: sum of nu^2 / s (or nu' S^-1 nu); ``weight``: what it counted for, 0 when a rule or a broken covariance
-    refused it.
+    refused it; ``margin``: of existence of an H-infinity filter after it, NaN of other filters.
     """
 
     nu: Array
     s: Array
     nis: float
     weight: float
+    margin: float = float("nan")
 
     @property
     def used(self) -> bool:

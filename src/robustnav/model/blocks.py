@@ -99,14 +99,17 @@ class Equations:
     """A model's equations over the symbols it was given.
 
     rates : by state block: its derivative, or for a Rotation its body rate [rad/s] (3,).
+    steps : instead of rates, by state block: its value after ``s.dt`` seconds, a unit quaternion for a Rotation, for
+        inputs that are increments.  A noise symbol enters as a rate would: it adds ``dt * density**2`` of variance.
     sensors : by sensor name: what it reads, h(x).
     directions : by sensor name: the navigation vector v_n a three-axis body sensor sees, y_b = C_bn v_n.  Such
         sensors are compared in navigation axes when the attitude error is kept there.
     """
 
-    rates: Mapping[str, Any]
+    rates: Mapping[str, Any] = field(default_factory=dict)
     sensors: Mapping[str, Any] = field(default_factory=dict)
     directions: Mapping[str, Any] = field(default_factory=dict)
+    steps: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Symbols:

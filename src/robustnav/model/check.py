@@ -81,8 +81,10 @@ class _Check:
     def __init__(self, model: Model, dt: float) -> None:
         self.model, self.dt, self.numeric = model, dt, NumericModel(model)
         derivation = Derivation(model)
+        self.in_steps = bool(derivation.steps)
         lists = [derivation.x, derivation.u, derivation.w, derivation.p]
-        self._rate = evaluator(lists, [e for b in model.state for e in derivation.rates[b.name]])
+        rates = [] if self.in_steps else [e for b in model.state for e in derivation.rates[b.name]]
+        self._rate = evaluator(lists, rates)
         self.noise_size = len(derivation.w)
         self.directions = set(derivation.directions)
         self.scale = _error_scale(model)
@@ -147,14 +149,9 @@ class _Check:
         return out
 
     def _jacobians(self, x: Array, u: Array) -> None:
-        numeric, n = self.numeric, self.model.error_size
-        A, G = numeric.error_rate(x, u)
-        e0, w0, ones = np.zeros(n), np.zeros(self.noise_size), np.ones(self.noise_size)
-        self._keep("A", A, _differences(lambda e: self._error_growth(x, u, e, w0), 1e-4 * self.scale), self.scale)
-        G_seen, start = _differences(lambda w: self._error_growth(x, u, e0, w), 1e-4 * ones), 0
-        for noise in self.model.noises:  # G G' is what counts: isotropic noise is left unturned
-            part = slice(start, start := start + noise.size)
-            self._keep("G", G[:, part] @ G[:, part].T, G_seen[:, part] @ G_seen[:, part].T, np.ones(n))
+        numeric = self.numeric
+        if not self.in_steps:
+            self._growth(x, u)
         for j, sensor in enumerate(self.model.sensors):
             known = self._known(j)
             z = np.concatenate([numeric.measure(j, x, known), known])
@@ -164,6 +161,16 @@ class _Check:
 
             H = _differences(predicted, 1e-4 * self.scale)
             self._keep(f"H of {sensor.name}", numeric.jacobian(j, x, known), H, self.scale)
+
+    def _growth(self, x: Array, u: Array) -> None:
+        numeric, n = self.numeric, self.model.error_size
+        A, G = numeric.error_rate(x, u)
+        e0, w0, ones = np.zeros(n), np.zeros(self.noise_size), np.ones(self.noise_size)
+        self._keep("A", A, _differences(lambda e: self._error_growth(x, u, e, w0), 1e-4 * self.scale), self.scale)
+        G_seen, start = _differences(lambda w: self._error_growth(x, u, e0, w), 1e-4 * ones), 0
+        for noise in self.model.noises:  # G G' is what counts: isotropic noise is left unturned
+            part = slice(start, start := start + noise.size)
+            self._keep("G", G[:, part] @ G[:, part].T, G_seen[:, part] @ G_seen[:, part].T, np.ones(n))
 
     def _transition(self, x: Array, u: Array) -> None:
         numeric, dt = self.numeric, self.dt
@@ -177,7 +184,7 @@ class _Check:
 
     def _claims(self) -> bool:
         body = any(b.frame == "b" for b in self.model.state)
-        return self.model.rotation is not None and (body or bool(self.directions))
+        return not self.in_steps and self.model.rotation is not None and (body or bool(self.directions))
 
     def _rates_claimed(self) -> bool:
         rotation = self.model.rotation

@@ -74,6 +74,7 @@ class Derivation:
         }
         columns: dict[str, Exprs] = {}
         entries: dict[str, Any] = {}
+        self.dt = se.Symbol("dt")
         for prefix, blocks in names.items():
             columns[prefix] = []
             for block in blocks:
@@ -91,15 +92,19 @@ class Derivation:
                 symbols = [sp.Symbol(f"k_{block.name}_{i}", real=True) for i in range(block.size)]
                 entries[block.name] = sp.Matrix(symbols)
                 self.known[sensor.name] += [se.Symbol(str(s)) for s in symbols]
+        entries.setdefault("dt", sp.Symbol("dt", real=True))
         equations = model.equations(Symbols(entries))
         self._check_names(equations)
-        self.rates = self._collect("rate", equations.rates, {b.name: b.error_size for b in model.state})
+        self.rates, self.steps = self._motion(equations)
         self.directions = self._collect("direction", equations.directions, dict.fromkeys(equations.directions, 3))
         self.h = self._sensors(equations)
 
     def _check_names(self, equations: Equations) -> None:
         blocks, sensors = {b.name for b in self.model.state}, {s.name for s in self.model.sensors}
-        spare = [*(set(equations.rates) - blocks), *({*equations.sensors, *equations.directions} - sensors)]
+        spare = [
+            *({*equations.rates, *equations.steps} - blocks),
+            *({*equations.sensors, *equations.directions} - sensors),
+        ]
         if spare:
             raise InputError(
                 f"model {self.model.name!r}",
@@ -107,8 +112,17 @@ class Derivation:
                 expected=f"names among {', '.join([*sorted(blocks), *sorted(sensors)])}",
             )
 
+    def _motion(self, equations: Equations) -> tuple[dict[str, Exprs], dict[str, Exprs]]:
+        """Return the rates, or the steps of a model in increments; the other is empty."""
+        if not equations.steps:
+            return self._collect("rate", equations.rates, {b.name: b.error_size for b in self.model.state}), {}
+        if equations.rates:
+            raise InputError(f"model {self.model.name!r}", got="rates and steps", expected="one of them")
+        return {}, self._collect("step", equations.steps, {b.name: b.size for b in self.model.state})
+
     def _collect(self, what: str, given: Any, sizes: dict[str, int]) -> dict[str, Exprs]:
-        shared = {*self.x, *self.p, *([*self.u, *self.w] if what == "rate" else [])}
+        moving = what in ("rate", "step")
+        shared = {*self.x, *self.p, *([*self.u, *self.w] if moving else []), *([self.dt] if what == "step" else [])}
         out = {}
         for name, size in sizes.items():
             if name not in given:
@@ -117,10 +131,10 @@ class Derivation:
             place = f"{what} of {name!r} in model {self.model.name!r}"
             if len(values) != size:
                 raise InputError(place, got=f"{len(values)} expressions", expected=f"{size}")
-            own = {*self.known.get(name, [])} if what != "rate" else set()
+            own = set() if moving else {*self.known.get(name, [])}
             strange = sorted({str(s) for e in values for s in e.free_symbols - shared - own})
             if strange:
-                allowed = "state, input, noise and parameters" if what == "rate" else "state, parameters and its known"
+                allowed = "state, input, noise and parameters" if moving else "state, parameters and its known"
                 raise InputError(place, got=f"the symbol {', '.join(strange)}", expected=f"only the model's {allowed}")
             out[name] = values
         return out
@@ -177,6 +191,8 @@ class Derivation:
 
     def error_rate(self) -> tuple[Rows, Rows]:
         """Return A (ne, ne) and G (ne, nw) of the error's rate e' = A e + G w at zero noise."""
+        if self.steps:
+            raise InputError(f"model {self.model.name!r}", got="steps", expected="rates, for a continuous-time design")
         A, G = [], []
         for block in self.model.state:
             rate = self.rates[block.name]
@@ -197,8 +213,24 @@ class Derivation:
     @property
     def constant(self) -> bool:
         """Whether the error's rate depends on parameters only, as in chains of integrators."""
+        if self.steps:
+            return False
         varying = {*self.x, *self.u}
         return not any(varying & set(e.free_symbols) for part in self.error_rate() for row in part for e in row)
+
+    def step_jacobians(self) -> tuple[Rows, Rows]:
+        """Return F (ne, ne) and G (ne, nw) of a model in increments: how errors and noise pass through a step."""
+        zero = dict.fromkeys(self.w, 0)
+        F, G = [], []
+        for block in self.model.state:
+            after = self.steps[block.name]
+            f, g = self.on_error(after), jacobian(after, self.w)
+            if isinstance(block, Rotation):
+                back = _error_rows([e.subs(zero) for e in after], block.error)
+                f, g = product(back, f), product(back, g)
+            F += [[e.subs(zero) for e in row] for row in f]
+            G += [[e.subs(zero) for e in row] for row in g]
+        return F, G
 
     def _turned(self, C: Rows, g: Rows) -> Rows:
         """Turn noise into navigation axes, except isotropic noise of the attitude alone: turning does not change it."""
@@ -240,6 +272,11 @@ def jacobian(expressions: Exprs, symbols: Exprs) -> Rows:
         if any("Derivative" in str(d) for d in row):
             raise InputError("no derivative", place=str(e)[:80], do="write abs(v) as sqrt(v**2 + small**2)")
     return out
+
+
+def _error_rows(q: Exprs, error: str) -> Rows:
+    """Return de/dq (3, 4) at a unit quaternion: the transposed retraction, times four."""
+    return [[4 * e for e in row] for row in transpose(_quaternion_rows(q, error))]
 
 
 def _quaternion_rows(q: Exprs, error: str) -> Rows:

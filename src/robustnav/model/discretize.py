@@ -22,6 +22,11 @@ class Step:
     def __init__(self, derivation: Derivation, program: Program, dt: Any) -> None:
         self.derivation, self.program, self.dt = derivation, program, dt
         self.model = derivation.model
+        if derivation.steps:
+            zero = dict.fromkeys(derivation.w, 0)
+            given = [e.subs(zero) for b in self.model.state for e in derivation.steps[b.name]]
+            self.state = self._normalized(program.let_all("m", given))
+            return
         half = self._move(derivation.x, self._rates("r0", derivation.x), dt / 2, "half_")
         self.middle = program.let_all("m", half)
         self.rate = self._rates("r", self.middle)
@@ -31,6 +36,10 @@ class Step:
         """Return F (ne, ne) and Q (ne, ne)."""
         import symengine as se
 
+        if self.derivation.steps:
+            F, G = self.derivation.step_jacobians()
+            Q = [[self.dt * e for e in row] for row in self._noise(G)]
+            return self.program.let_matrix("F", F), self.program.let_matrix("Q", Q)
         A, G = self.derivation.error_rate()
         at_middle = dict(zip(self.derivation.x, self.middle, strict=True))
         A_mid = self.program.let_matrix("A", [[e.subs(at_middle) for e in row] for row in A])

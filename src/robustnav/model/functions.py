@@ -72,10 +72,15 @@ class NumericModel:
         self._intensities = np.repeat(model.intensities, [n.size for n in model.noises])
         symbols = [derivation.x, derivation.u, derivation.p]
         zero = dict.fromkeys(derivation.w, 0)
-        self._rate = evaluator(symbols, [e.subs(zero) for b in model.state for e in derivation.rates[b.name]])
-        A, G = derivation.error_rate()
-        self._constant = derivation.constant
-        self._A, self._G = evaluator(symbols, A), evaluator(symbols, G)
+        self._step: Evaluator | None = None
+        if derivation.steps:
+            stepping = [*symbols, [derivation.dt]]
+            self._step = evaluator(stepping, [e.subs(zero) for b in model.state for e in derivation.steps[b.name]])
+            self._F, self._G = (evaluator(stepping, part) for part in derivation.step_jacobians())
+        else:
+            self._rate = evaluator(symbols, [e.subs(zero) for b in model.state for e in derivation.rates[b.name]])
+            self._constant = derivation.constant
+            self._A, self._G = (evaluator(symbols, part) for part in derivation.error_rate())
         seen = [[derivation.x, derivation.known[s.name], derivation.p] for s in model.sensors]
         self._h = [evaluator(v, derivation.h[s.name]) for s, v in zip(model.sensors, seen, strict=True)]
         self._v = [
@@ -88,7 +93,9 @@ class NumericModel:
         self.rows: Sequence[int] = [len(r) for r in self._rows]
 
     def propagate(self, x: Array, u: Array, dt: float) -> Array:
-        """Return the state after ``dt`` seconds: the midpoint rule on the manifold."""
+        """Return the state after ``dt`` seconds: the midpoint rule on the manifold, or the model's own step."""
+        if self._step is not None:
+            return self._unit(self._step(x, u, self._parameters, [dt]))
         middle = self._move(x, self._rate(x, u, self._parameters), dt / 2)
         return self._move(x, self._rate(middle, u, self._parameters), dt, normalize=True)
 
@@ -99,6 +106,9 @@ class NumericModel:
     def transition(self, x: Array, u: Array, dt: float) -> tuple[Array, Array]:
         """Return F and Q (ne, ne) of the step that starts at ``x``; docs/models.md, section 1."""
         p = self._parameters
+        if self._step is not None:
+            G = self._G(x, u, p, [dt])
+            return self._F(x, u, p, [dt]), dt * G @ np.diag(self._intensities) @ G.T
         rate = self._rate(x, u, p)
         middle = self._move(x, rate, dt / 2)
         A, G = self.error_rate(middle, u)
@@ -192,11 +202,18 @@ class NumericModel:
         for block in self.model.state:
             rows, columns = self.model.state_slices[block.name], self.model.error_slices[block.name]
             if isinstance(block, Rotation):
-                q = quat_multiply(x[rows], _increment(rate[columns] * dt))
-                out[rows] = q * (1.5 - 0.5 * (q @ q)) if normalize else q
+                out[rows] = quat_multiply(x[rows], _increment(rate[columns] * dt))
             else:
                 out[rows] += rate[columns] * dt
-        return out
+        return self._unit(out) if normalize else out
+
+    def _unit(self, x: Array) -> Array:
+        """Scale the quaternion by one Newton step of 1/sqrt at one."""
+        rotation = self.model.rotation
+        if rotation is not None:
+            rows = self.model.state_slices[rotation.name]
+            x[rows] *= 1.5 - 0.5 * (x[rows] @ x[rows])
+        return x
 
 
 def _increment(phi: Array) -> Array:

@@ -13,14 +13,17 @@ def built_in_models() -> list[Model]:
     """Return the models whose C ships with the package; their numbers do not matter here."""
     from robustnav.models import (
         AidingNoise,
+        AlignmentNoise,
         AttitudeNoise,
         InertialNoise,
         RangeBias,
+        alignment,
         attitude,
         attitude_euler,
         inertial,
         uwb,
     )
+    from robustnav.models.uwb_planar import uwb_planar
 
     noise = AttitudeNoise(1.0, 1.0, 1.0, 1.0)
     tags = [
@@ -33,6 +36,9 @@ def built_in_models() -> list[Model]:
         attitude_euler(noise, field=1.0, dip_deg=60.0),
         *tags,
         inertial(InertialNoise(1.0, 1.0, 1.0, 1.0), AidingNoise()),
+        inertial(InertialNoise(1.0, 1.0, 1.0, 1.0), AidingNoise(), bias=RangeBias(1.0, 1.0, 1.0)),
+        uwb_planar(range_sd=1.0, acceleration_density=1.0, yaw_acceleration_density=1.0),
+        alignment(AlignmentNoise(1.0, 1.0, 1.0, 1.0, 1.0), gravity=1.0, earth_rate_north=1.0, earth_rate_down=1.0),
     ]
 
 

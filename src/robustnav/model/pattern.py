@@ -18,7 +18,7 @@ def gain_pattern(derivation: Derivation, H: list[Rows]) -> BoolMatrix:
     """
     n, rows = derivation.model.error_size, [row for part in H for row in part]
     rotation = derivation.model.rotation
-    if rotation is None or rotation.error != "n":
+    if rotation is None or rotation.error != "n" or derivation.steps:
         return np.ones((n, len(rows)), bool)
     values = [*derivation.model.nominal_state(), *derivation.model.nominal_input()]
     at = dict(zip([*derivation.x, *derivation.u], values, strict=True))

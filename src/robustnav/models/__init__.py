@@ -1,5 +1,6 @@
 """The applications: one model a file."""
 
+from robustnav.models.alignment import AlignmentNoise, alignment
 from robustnav.models.attitude import attitude
 from robustnav.models.attitude_euler import attitude_euler
 from robustnav.models.attitude_noise import AttitudeNoise
@@ -11,11 +12,13 @@ __all__ = [
     "CARRIERS",
     "RADIOS",
     "AidingNoise",
+    "AlignmentNoise",
     "AttitudeNoise",
     "Carrier",
     "InertialNoise",
     "Radio",
     "RangeBias",
+    "alignment",
     "attitude",
     "attitude_euler",
     "carrier_named",

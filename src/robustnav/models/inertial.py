@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
-from robustnav.models.uwb import distance
+from robustnav.model.blocks import Block
+from robustnav.models.uwb import BIAS_SLOTS, RangeBias, distance
 from robustnav.units import DEG
 
 
@@ -43,6 +45,7 @@ def inertial(
     gravity: float = 9.80665,
     earth_rate_n: Sequence[float] = (0.0, 0.0, 0.0),
     time_offset: float = 0.0,
+    bias: RangeBias | None = None,
 ) -> Model:
     """Return the strapdown model: 15 errors, inputs ``gyro`` and ``accel``, state of attitude, motion and biases.
 
@@ -59,30 +62,23 @@ def inertial(
     gravity : normal gravity where it flies [m/s^2].
     earth_rate_n : rate of the navigation axes against inertial space [rad/s]; zero where the gyros cannot see it.
     time_offset : how late the stamps of ranges and differences are [s].
+    bias : estimate a bias of the ranges of each of up to eight anchors, and an error of scale, as ``uwb`` does; of
+        differences only the scale.  None: white noise only.
     """
+    biased = bias is not None
     return Model(
-        name="inertial",
-        state=(
-            Rotation("q_nb", error="n"),
-            Vector("v_n", "m/s"),
-            Vector("p_n", "m"),
-            Vector("gyro_bias", "rad/s", frame="b"),
-            Vector("accel_bias", "m/s^2", frame="b"),
-        ),
+        name="inertial_biased" if biased else "inertial",
+        state=_state(biased),
         inputs=(Vector("gyro", "rad/s", frame="b"), Vector("accel", "m/s^2", frame="b")),
-        noises=(
-            Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
-            Noise("accel_noise", "m/s^2/sqrt(Hz)", noise.accel_density),
-            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
-            Noise("accel_bias_noise", "m/s^3/sqrt(Hz)", noise.accel_bias_density),
-        ),
-        sensors=_sensors(aiding),
+        noises=_noises(noise, bias),
+        sensors=_sensors(aiding, biased),
         parameters={
             "gravity": gravity,
             **{f"earth_rate_{axis}": float(v) for axis, v in zip("xyz", earth_rate_n, strict=True)},
             "time_offset": time_offset,
+            **({} if bias is None else {"bias_time": bias.time}),
         },
-        equations=_equations,
+        equations=_EQUATIONS[biased],
         nominal={"accel": (0.0, 0.0, -gravity)},
         start_sd={
             "q_nb": (2 * DEG, 2 * DEG, 15 * DEG),
@@ -90,18 +86,45 @@ def inertial(
             "p_n": 0.5,
             "gyro_bias": 0.5 * DEG,
             "accel_bias": 0.2,
+            **({} if bias is None else {"range_bias": bias.sd, "range_scale": bias.scale_sd}),
         },
-        shipped=_equations,
+        shipped=_EQUATIONS[biased],
     )
 
 
-def _sensors(aiding: AidingNoise) -> tuple[Sensor, ...]:
+def _state(biased: bool) -> tuple[Block, ...]:
+    motion = (
+        Rotation("q_nb", error="n"),
+        Vector("v_n", "m/s"),
+        Vector("p_n", "m"),
+        Vector("gyro_bias", "rad/s", frame="b"),
+        Vector("accel_bias", "m/s^2", frame="b"),
+    )
+    return (*motion, Vector("range_bias", "m", BIAS_SLOTS), Vector("range_scale", "1", 1)) if biased else motion
+
+
+def _noises(noise: InertialNoise, bias: RangeBias | None) -> tuple[Noise, ...]:
+    unit = (
+        Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
+        Noise("accel_noise", "m/s^2/sqrt(Hz)", noise.accel_density),
+        Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
+        Noise("accel_bias_noise", "m/s^3/sqrt(Hz)", noise.accel_bias_density),
+    )
+    return (
+        unit
+        if bias is None
+        else (*unit, Noise("range_bias_noise", "m/s/sqrt(Hz)", bias.sd * (2 / bias.time) ** 0.5, BIAS_SLOTS))
+    )
+
+
+def _sensors(aiding: AidingNoise, biased: bool) -> tuple[Sensor, ...]:
     def lever(sensor: str) -> Vector:
         return Vector(f"{sensor}_lever_b", "m", frame="b")
 
     anchor, first, second = (Vector(f"p_{which}", "m") for which in ("anchor", "first", "second"))
+    slot = (Vector("range_slot", "1", BIAS_SLOTS),) if biased else ()
     return (
-        Sensor("range", "m", aiding.range_sd, 1, known=(anchor, lever("range"))),
+        Sensor("range", "m", aiding.range_sd, 1, known=(anchor, *slot, lever("range"))),
         Sensor("tdoa", "m", aiding.range_sd * 2**0.5, 1, known=(first, second, lever("tdoa"))),
         Sensor("position", "m", aiding.position_sd, 3, known=(lever("position"),)),
         Sensor("velocity", "m/s", aiding.velocity_sd, 3),
@@ -111,7 +134,7 @@ def _sensors(aiding: AidingNoise) -> tuple[Sensor, ...]:
     )
 
 
-def _equations(s: Symbols) -> Equations:
+def _equations(s: Symbols, *, biased: bool) -> Equations:
     import sympy as sp
 
     from robustnav.model.derive import matrix
@@ -123,6 +146,12 @@ def _equations(s: Symbols) -> Equations:
     def tag(lever_b: sp.Matrix) -> sp.Matrix:
         return s.p_n + C_nb * lever_b - s.time_offset * s.v_n
 
+    walks = {"range_bias": s.range_bias_noise - s.range_bias / s.bias_time, "range_scale": [0]} if biased else {}
+    one = distance(tag(s.range_lever_b), s.p_anchor)
+    two = distance(tag(s.tdoa_lever_b), s.p_second) - distance(tag(s.tdoa_lever_b), s.p_first)
+    if biased:
+        one = one * (1 + s.range_scale[0]) + s.range_bias.dot(s.range_slot)
+        two = two * (1 + s.range_scale[0])
     return Equations(
         rates={
             "q_nb": s.gyro - s.gyro_bias - s.gyro_noise - C_nb.T * earth_rate_n,
@@ -131,10 +160,11 @@ def _equations(s: Symbols) -> Equations:
             "p_n": s.v_n,
             "gyro_bias": s.gyro_bias_noise,
             "accel_bias": s.accel_bias_noise,
+            **walks,
         },
         sensors={
-            "range": distance(tag(s.range_lever_b), s.p_anchor),
-            "tdoa": distance(tag(s.tdoa_lever_b), s.p_second) - distance(tag(s.tdoa_lever_b), s.p_first),
+            "range": one,
+            "tdoa": two,
             "position": s.p_n + C_nb * s.position_lever_b,
             "velocity": s.v_n,
             "height": -s.p_n[2],
@@ -142,3 +172,6 @@ def _equations(s: Symbols) -> Equations:
             "heading": sp.atan2(C_nb[1, 0], C_nb[0, 0]),
         },
     )
+
+
+_EQUATIONS = {biased: partial(_equations, biased=biased) for biased in (False, True)}

@@ -78,6 +78,58 @@ class UKF:
         return FilterSetup("ukf", x, P, _rules(self.model, self.outliers), self.spread)
 
 
+@dataclass(frozen=True)
+class HInfinity:
+    """Unscented filter with an H-infinity bound: the error energy stays below gamma^2 times that of all disturbances.
+
+    Time and measurement update are the unscented filter's; after each instant the covariance is enlarged where the
+    bound asks for it, and the condition for such a filter to exist is checked.  Its margin stands beside every
+    innovation; where it is not above zero the covariance is the Kalman filter's, and the run says so.  As gamma grows
+    the filter becomes the UKF.
+
+    Parameters
+    ----------
+    model : the model, with its noise.
+    gamma : the bound; see ``smallest_gamma``.
+    tolerances : by block name, the error that counts as one in the bounded norm; None bounds every number of the
+        error in its own unit, as the publication does.
+    spread, outliers : as of ``UKF`` and ``EKF``.
+    """
+
+    model: Model
+    gamma: float
+    tolerances: Mapping[str, float] | None = None
+    spread: Spread = field(default_factory=Spread)
+    outliers: Mapping[str, Rule] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.gamma) and self.gamma > 0):
+            raise InputError("gamma", got=str(self.gamma), expected="a finite bound above zero")
+        for name, value in (self.tolerances or {}).items():
+            if name not in self.model.error_slices or not value > 0:
+                blocks = ", ".join(self.model.error_slices)
+                raise InputError(f"tolerance of {name!r}", got=str(value), expected=f"above zero, one of {blocks}")
+
+    @property
+    def name(self) -> str:
+        """``ut-hinf``."""
+        return "ut-hinf"
+
+    @property
+    def bounded(self) -> Array:
+        """The rows L (l, ne) that are bounded."""
+        scales = np.full(self.model.error_size, 1.0 if self.tolerances is None else np.nan)
+        for name, value in (self.tolerances or {}).items():
+            scales[self.model.error_slices[name]] = 1.0 / value
+        rows: Array = np.diag(np.nan_to_num(scales))[np.isfinite(scales)]
+        return rows
+
+    def setup(self, x: Array, P: Array) -> FilterSetup:
+        """Return what a filter is started with."""
+        rules = _rules(self.model, self.outliers)
+        return FilterSetup("hinf", x, P, rules, self.spread, bound=(self.gamma, self.bounded))
+
+
 class H2:
     """Constant-gain filter: the H2-optimal gain at the model's nominal point, with its certificate.
 
@@ -155,7 +207,7 @@ class H2:
         return out
 
 
-Estimator = EKF | UKF | H2
+Estimator = EKF | UKF | HInfinity | H2
 
 
 def _turning(model: Model, intensity: float) -> Turning | None:

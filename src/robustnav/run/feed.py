@@ -54,7 +54,7 @@ def feed_of(model: Model, log: Log) -> Feed:
 def innovations_of(model: Model, feed: Feed, seen: Sequence[SensorSeen | None]) -> dict[str, Innovations]:
     """Return what the readings said, by sensor."""
     return {
-        sensor.name: Innovations(data.t, one.nu, one.s, one.nis, one.weight)
+        sensor.name: Innovations(data.t, one.nu, one.s, one.nis, one.weight, one.margin)
         for sensor, data, one in zip(model.sensors, feed.sensors, seen, strict=True)
         if data is not None and one is not None
     }
@@ -95,6 +95,12 @@ def broken(model: Model, feed: Feed, seen: Sequence[SensorSeen | None]) -> tuple
             continue
         due = np.isfinite(data.z).all(axis=1) & (data.t >= t[0]) & (data.t <= t[-1])
         lost = ~np.isfinite(one.nis) | (one.s <= 0.999 * sensor.sd**2).any(axis=1)
+        tight = due & (one.margin <= 0)
+        if tight.any():
+            events.append(
+                f"no filter with this bound at {tight.sum()} of {due.sum()} {sensor.name} readings, the first at "
+                f"{data.t[tight][0]:.3f} s: the bound did not hold there, gamma is too small"
+            )
         rows = np.flatnonzero(due & lost & ~one.used)
         if rows.size:
             first = data.t[rows[0]]
