@@ -102,7 +102,7 @@ static real odd_limit(const RN(align) * a, int from, int to)
         if (count > R(0.0)) limit = R(4.0) * sum / count;
     }
     const real least = R(6.0) * a->setup.reference_sd;
-    return limit > least ? limit : least;
+    return limit > least && limit < ABSENT ? limit : least;
 }
 
 /* Run a fresh filter over [from, to); in its first two seconds gusts are left out, later it judges them itself.  Returns

@@ -1,5 +1,5 @@
 /* Initial alignment at rest on a swaying, wind-disturbed base: one step per pre-integrated reading.
- * No allocation, no globals; every number belongs to the caller.  Derivation: docs/alignment.md.
+ * No allocation, no globals; every number belongs to the caller.  The same in NumPy: robustnav.alignment.
  *
  * The navigation axes of the filter are level but turned about down by an unknown angle (the wander frame); the two
  * horizontal components of the Earth's rotation in it are states, and heading is read from them. */

@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
@@ -91,7 +91,7 @@ def nees(runs: int, gyro_rms: float, wind: str, seconds: float) -> tuple[float, 
     return float(np.mean(tilt)), float(np.mean(heading)), float(np.mean(seen)), float(np.median(size))
 
 
-@pytest.mark.parametrize("wind", ["lines", "gusts", "none"])
+@pytest.mark.parametrize("wind", ["gusts", "none"])
 def test_fine_gyros_find_north_and_know_how_well(wind):
     runs = 24
     tilt, heading, seen, size = nees(runs, FINE, wind, 60.0)
@@ -114,7 +114,7 @@ def test_coarse_gyros_level_and_say_that_north_is_out_of_reach():
 
 def test_level_within_ten_arcminutes_soon():
     times = []
-    for seed in range(20):
+    for seed in range(12):
         case = make_case(setup_of(COARSE), 700 + seed, 40.0, "lines")
         said = run(case)
         wrong = np.flatnonzero(np.linalg.norm(tilt_of(said.q_nb, case.q_nb)[30:], axis=1) > 10 * ARCMIN)
@@ -130,6 +130,15 @@ def test_a_gap_in_the_reference_is_survived(fine_case):
     said = run(case)
     assert np.linalg.norm(tilt_of(said.q_nb, case.q_nb)[-1]) < said.tilt_radius[-1]
     assert (np.diff(said.tilt_radius[302:399]) > 0).mean() > 0.9
+
+
+def test_no_reference_teaches_nothing():
+    case = make_case(setup_of(FINE), 4, 15.0, "none")
+    for backend in ("compiled", "numpy"):
+        said = align(case.increments, np.full_like(case.reference, np.nan), case.t, case.setup, backend=backend)
+        assert np.isnan(said.aligned_at)
+        assert not said.heading_observable.any()
+        assert (said.tilt_radius[20:] > 0.3).all()
 
 
 def test_no_answer_in_the_first_two_seconds(fine_case):
@@ -193,6 +202,7 @@ ANYTHING = st.one_of(
 )
 
 
+@settings(max_examples=50)
 @given(st.lists(ANYTHING, min_size=4, max_size=10))
 def test_the_extension_answers_or_refuses(arguments):
     state = _kernel.align_begin("double", setup_of().numbers)
@@ -210,6 +220,7 @@ def test_the_extension_answers_or_refuses(arguments):
             continue
 
 
+@settings(max_examples=50)
 @given(st.lists(st.floats(), min_size=12, max_size=12), st.floats())
 def test_odd_numbers_do_no_harm(numbers, fill):
     try:

@@ -169,7 +169,7 @@ def test_compiled_equals_numpy(wind):
 @pytest.mark.parametrize("gyro_rms", [FINE, COARSE])
 def test_tilt_and_heading_are_as_good_as_they_say(gyro_rms):
     """NEES inside its 99 % band over runs, gyros that can find north and gyros that cannot."""
-    runs, tilt, heading = 50, [], []
+    runs, tilt, heading = 40, [], []
     for seed in range(runs):
         case = make_case(setup_of(gyro_rms), 100 + seed, 60.0, "markov")
         last = one_filter(case, Wind(0.5, 4.0))[0][-1]

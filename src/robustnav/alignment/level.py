@@ -56,7 +56,8 @@ def odd_limit(odd: Array, reference_sd: float) -> float:
         kept = odd[odd < limit]
         if kept.size:
             limit = GUST_FACTOR * float(kept.mean())
-    return max(limit, GUST_LEAST * reference_sd)
+    least = GUST_LEAST * reference_sd
+    return max(limit, least) if limit < np.inf else least
 
 
 def _median(z: Array) -> Array:
