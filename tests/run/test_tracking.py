@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 
 from robustnav.errors import EstimatorError, InputError
+from robustnav.filter.steps import pack
 from robustnav.filter.weighting import Gate, StudentT
 from robustnav.models import RangeBias, attitude, uwb
 from robustnav.models.attitude_noise import AttitudeNoise
 from robustnav.ranging import Anchors
+from robustnav.run import hypotheses
 from robustnav.run.acquisition import Acquisition
 from robustnav.run.estimators import UKF
 from robustnav.run.tracking import ranging_ekf, track
+from robustnav.run.tracking_task import Source, TrackingTask
 from robustnav.sim import rig
 from robustnav.sim.ranging import simulate_ranging
 from robustnav.sim.ranging_errors import Colour, Outage, Outliers, RangingErrors
@@ -82,10 +85,10 @@ def test_it_starts_without_a_prior_within_half_a_second_and_stays_within_its_dev
 
 def test_the_smoother_is_better_and_stays_near_the_filter():
     given = ranges()
-    filtered, smoothed = track(STUDENT, given), track(STUDENT, given, smooth=True)
-    assert rms(error_of(smoothed)) < 0.8 * rms(error_of(filtered))
-    np.testing.assert_allclose(smoothed.state["p_n"][-1], filtered.state["p_n"][-1], atol=1e-9)
-    assert (smoothed.sd["p_n"] <= filtered.sd["p_n"] + 1e-9).all()
+    filtered, backward = track(STUDENT, given), track(STUDENT, given, smooth=True)
+    assert rms(error_of(backward)) < 0.8 * rms(error_of(filtered))
+    np.testing.assert_allclose(backward.state["p_n"][-1], filtered.state["p_n"][-1], atol=1e-9)
+    assert (backward.sd["p_n"] <= filtered.sd["p_n"] + 1e-9).all()
 
 
 CASES = {
@@ -114,10 +117,10 @@ def test_no_later_reading_changes_what_was_said_before(case, estimator):
             np.testing.assert_array_equal(part.sd[name][:n], whole.sd[name][:n])
 
 
-@pytest.mark.parametrize("case", ["healthy", "silent and moved", "jump", "mirror"])
+@pytest.mark.parametrize("case", ["jump", "mirror"])
 def test_numpy_says_what_c_says(case):
     given = ranges(**CASES[case])
-    given = given.where((given.t < 1.0) | ((given.t > 5.7) & (given.t < 6.5)) | ((given.t > 8.0) & (given.t < 8.7)))
+    given = given.where((given.t < 0.8) | ((given.t > 5.7) & (given.t < 6.7)))
     for smooth in (False, True):
         c, numpy = (track(STUDENT, given, backend=b, smooth=smooth) for b in ("c", "numpy"))
         np.testing.assert_array_equal(c.t, numpy.t)
@@ -168,6 +171,36 @@ def test_a_tag_that_passes_the_plane_may_be_on_either_side():
     assert (distance(error_of(run, path)) < 4 * np.linalg.norm(run.sd["p_n"], axis=1)).all()
 
 
+def test_of_two_ways_the_one_that_fits_is_taken_and_smoothed():
+    dents = np.array([[0.0, 0.0, z] for z in (0.4, -0.4, 0.4, -0.4)])
+    anchors = Anchors(tuple("abcd"), rig.ceiling().p_a + dents)
+    task = TrackingTask.of(STUDENT, Source(ranges(anchors=anchors, path=BELOW)), Acquisition(), "auto")
+    row, (best, *_) = task.first_place()
+    wrong = best._replace(p=best.p * [1.0, 1.0, -1.0] - np.array([0.0, 0.0, 8.0]))
+    leg = hypotheses.Leg.begin(task, row, [task.start(wrong), task.start(best)], 0.0)
+    assert leg.settled
+    x, P = hypotheses.smoothed(task, [leg])
+    assert not leg.merged
+    np.testing.assert_array_equal(x[-1], leg.ways[1].x[-1])
+    np.testing.assert_array_equal(leg.reported()[0][-1], leg.ways[1].x[-1])
+    assert np.linalg.norm(x[:, :3] - BELOW.at(task.feed.t[row:]).p_n, axis=1).max() < 0.8
+    assert np.isfinite(P).all()
+
+
+def test_a_mirror_image_is_as_far_from_every_anchor_of_the_plane():
+    task = TrackingTask.of(STUDENT, Source(ranges(anchors=rig.ceiling(), path=BELOW)), Acquisition(), "auto")
+    rng = np.random.default_rng(0)
+    x, root = rng.normal(size=6), rng.normal(size=(6, 6))
+    P = root @ root.T
+    image = task.mirrored(x, pack(P))
+    far = [np.linalg.norm(p - rig.ceiling().p_a, axis=1) for p in (x[:3], image.x[:3])]
+    np.testing.assert_allclose(far[0], far[1])
+    np.testing.assert_allclose(np.linalg.norm(image.x[3:]), np.linalg.norm(x[3:]))
+    back = task.mirrored(image.x, pack(image.P))
+    np.testing.assert_allclose(back.x, x)
+    np.testing.assert_allclose(back.P, P)
+
+
 def test_a_box_decides_between_mirror_images():
     box = np.array([[-9.0, -9.0, -4.0], [9.0, 9.0, 0.5]])
     run = track(STUDENT, ranges(anchors=rig.ceiling(), path=BELOW), acquisition=Acquisition(box=box))
@@ -194,6 +227,7 @@ def test_a_known_height_and_a_plane():
     given = ranges(anchors=rig.ceiling(), path=path)
     run = track(STUDENT, given, height=1.0)
     assert rms(error_of(run, path)) < 0.25
+    assert run.state["p_n"][0, 2] == pytest.approx(-1.0, abs=0.2)
     flat = ranging_ekf(uwb(range_sd=SD, acceleration_density=1.0, dimensions=2, tag_down=-1.0), StudentT())
     assert rms(error_of(track(flat, given), path)) < 0.25
     with pytest.raises(InputError, match="height"):

@@ -57,7 +57,8 @@ def trajectory(way: Travelled, words: str) -> Plot:
     side.set_xlabel("North, m", color=INK)
     figure.align_ylabels([above, side])
     add_legend(figure, above)
-    return Plot(figure, caption([words, f"Ellipses: {SIGMAS:g} standard deviations at {ELLIPSES} places. Axes differ in scale."], False))
+    doubt = f"Ellipses: {SIGMAS:g} standard deviations at {ELLIPSES} places. Axes differ in scale."
+    return Plot(figure, caption([words, doubt], False))
 
 
 def _ellipses(axes: Axes, centre: Array, sd: Array) -> None:
