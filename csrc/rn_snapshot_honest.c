@@ -234,7 +234,10 @@ static int straight(const RN(fix_problem) * q, const real *p, real reach)
 void RN(fix_shares)(const RN(fix_problem) * q, const RN(fix_end) * centre, real radius, real *shares)
 {
     const real *p = centre->at.p;
-    for (int i = 0; i < q->d; i++) shares[i] = R(1.0);
+    /* information without a direction promises nothing that could be shown: a rival in the far field */
+    const int flat = !(centre->values[0] > RN_FIX_FLAT * centre->values[q->d - 1]);
+    for (int i = 0; i < q->d; i++) shares[i] = flat ? R(0.0) : R(1.0);
+    if (flat) return;
     if (straight(q, p, radius / rn_sqrt(centre->values[0]))) return;
     for (int i = 0; i < q->d; i++) {
         const real *axis = centre->vectors[i], whole = radius / rn_sqrt(centre->values[i]);

@@ -16,27 +16,38 @@ from typing import TYPE_CHECKING, Any
 from robustnav import frames, model, models, units
 from robustnav.errors import EstimatorError, InputError, MissingExtra, RobustnavError
 from robustnav.evaluate import evaluate
+from robustnav.export import export
+from robustnav.filter.weighting import Gate, Huber, StudentT
 from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, Vector
-from robustnav.records import Innovations, Log, Run, Score, Stream, Truth
+from robustnav.records import Anchors, Innovations, Log, RangeDifferences, Ranges, Run, Score, Stream, Truth
 from robustnav.report import report
-from robustnav.run import EKF, H2, UKF, Start, batch, run, smooth, stream
+from robustnav.run import EKF, H2, UKF, HInfinity, Start, batch, run, smooth, stream
+from robustnav.run.acquisition import Acquisition
 from robustnav.run.recorded import Sensors, estimator_for, run_recorded
+from robustnav.run.tracking import ranging_ekf, track
 
 if TYPE_CHECKING:
-    from robustnav import calibrate, datasheet, doctor, logs, sim, snapshot
+    from robustnav import calibrate, datasheet, doctor, logs, sim, snapshot, strapdown, survey
 
 __all__ = [
     "EKF",
     "H2",
     "UKF",
+    "Acquisition",
+    "Anchors",
     "Equations",
     "EstimatorError",
+    "Gate",
+    "HInfinity",
+    "Huber",
     "Innovations",
     "InputError",
     "Log",
     "MissingExtra",
     "Model",
     "Noise",
+    "RangeDifferences",
+    "Ranges",
     "RobustnavError",
     "Rotation",
     "Run",
@@ -45,6 +56,7 @@ __all__ = [
     "Sensors",
     "Start",
     "Stream",
+    "StudentT",
     "Symbols",
     "Truth",
     "Vector",
@@ -54,21 +66,26 @@ __all__ = [
     "doctor",
     "estimator_for",
     "evaluate",
+    "export",
     "frames",
     "logs",
     "model",
     "models",
+    "ranging_ekf",
     "report",
     "run",
     "run_recorded",
     "sim",
     "smooth",
     "snapshot",
+    "strapdown",
     "stream",
+    "survey",
+    "track",
     "units",
 ]
 
-_ON_DEMAND = ("calibrate", "datasheet", "doctor", "logs", "sim", "snapshot")
+_ON_DEMAND = ("calibrate", "datasheet", "doctor", "logs", "sim", "snapshot", "strapdown", "survey")
 
 
 def __getattr__(name: str) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robustnav.engine.user import find_compiler
-from robustnav.export import build
+from robustnav.export.build import build
 from robustnav.export.tree import cmake, readme, sources, write
 from robustnav.filter.weighting import Gate, Huber, StudentT
 from robustnav.models import uwb

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from robustnav.errors import InputError
-from robustnav.export import Counts, build, export
+from robustnav.export import export
+from robustnav.export.build import build
+from robustnav.export.scaling import Counts
 from robustnav.export.vectors import Plan, down_of, record
 from robustnav.filter.weighting import Gate
 from robustnav.frames import quat_from_euler

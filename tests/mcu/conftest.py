@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from robustnav.benchmark.mcu import FILTERS, RATE_HZ
-from robustnav.export import build
+from robustnav.export.build import build
 from robustnav.export.emulator import GCC, QEMU
 from robustnav.export.tree import sources, write
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from robustnav.snapshot import solve_ranges
+
 LINE = np.column_stack([3.0 * np.arange(5), np.zeros(5), np.full(5, 2.0)])
 CEILING = np.array([[0.0, 0.0, 3.0], [10.0, 0.0, 3.0], [10.0, 8.0, 3.0], [0.0, 8.0, 3.0]])
 BOX = np.array([[x, y, z] for x in (0.0, 10.0) for y in (0.0, 8.0) for z in (0.0, 3.0)])
@@ -109,3 +111,9 @@ def test_open_height_has_the_sd_that_the_plane_allows(scene, ceiling):
     assert abs(s.weak.direction[2]) > 0.99
     assert 0.3 * bound < s.weak.sd * np.sqrt(10.83) < 3 * bound
     assert abs(s.position[2] - 3.0) < 5 * s.weak.sd
+
+
+def test_a_rival_in_the_far_field_leaves_no_ellipsoid_and_no_warning():
+    rig = np.array([(2.5775, -0.87, -1.97), (2.5775, 0.87, -1.97), (2.5775, 0.87, -0.5), (0.69, -0.87, -0.5)])
+    fix = solve_ranges(rig, [8.192490333, 9.017993333, 8.861648333, np.nan], 0.15)
+    assert fix.verdict == "degenerate"

@@ -10,9 +10,8 @@ from typing import Any
 
 from robustnav.benchmark.mcu_peers import peers_in
 from robustnav.errors import InputError
-from robustnav.export import build
 from robustnav.export.boards import BOARDS
-from robustnav.export.build import Exportable
+from robustnav.export.build import Exportable, build
 from robustnav.export.emulator import FAST, cost, count, require_tools
 from robustnav.export.tree import sources, write
 from robustnav.models import uwb

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import os
-import tempfile
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robustnav.errors import InputError
-from robustnav.export.build import Exportable, build
-from robustnav.export.emulator import NoEmulator, cost, require_tools
-from robustnav.export.scaling import Counts
-from robustnav.export.tree import Exported, cmake, readme, sources, write
-from robustnav.export.unit import Unit
+if TYPE_CHECKING:
+    from robustnav.export.build import Exportable
+    from robustnav.export.scaling import Counts
+    from robustnav.export.tree import Exported
 
-__all__ = ["Counts", "Exported", "build", "export", "measured"]
-
-CORES = ("m4f", "m0+")
+__all__ = ["export"]
 
 
 def export(
@@ -50,58 +44,6 @@ def export(
     InputError : no C form of this estimator in this type, an unusable name or rate, or a folder that is a file.
     MissingExtra : SymPy or symengine is not installed, for a covariance filter.
     """
-    rate = float(rate_hz if rate_hz is not None else getattr(estimator, "rate_hz", 100.0))
-    default = f"rn_{estimator.model.name}_{estimator.name}".replace("-", "_")
-    if Path(out).exists() and not Path(out).is_dir():
-        raise InputError("export folder", place=str(out), got="a file", expected="a folder, or nothing yet")
-    unit, replay = build(estimator, name or default, real, rate, counts)
-    files = sources(unit, replay)
-    rows = measured(unit, files, CORES) if measure and _can_measure() else []
-    files |= {"CMakeLists.txt": cmake(unit), "README.md": readme(unit, rows)}
-    folder = write(out, files)
-    return Exported(folder, unit.name, tuple(sorted(files)), tuple(rows))
+    from robustnav.export.whole import export_tree
 
-
-def measured(
-    unit: Unit, files: Mapping[str, str], cores: Sequence[str], works: int | None = None
-) -> list[dict[str, object]]:
-    """Return what each counted work of an exported filter costs on each core, one row a pair.
-
-    Parameters
-    ----------
-    unit, files : of ``build`` and ``tree.sources``.
-    cores : keys of ``boards.BOARDS``.
-    works : how many of the unit's counted works, from the first; None: all.
-
-    Raises
-    ------
-    NoEmulator : the cross compiler or the emulator is not installed.
-    """
-    rows: list[dict[str, object]] = []
-    with tempfile.TemporaryDirectory() as work:
-        folder = write(work, files)
-        for core in cores:
-            for k, counted in enumerate(unit.counted[:works]):
-                found = cost(unit, folder, core, k)
-                rows.append(
-                    {
-                        "core": core,
-                        "work": counted.label,
-                        "instructions": round(found.instructions),
-                        "most": found.most,
-                        "flash": found.flash,
-                        "libraries": found.libraries,
-                        "state": found.state,
-                        "stack": found.stack,
-                        "ram": found.ram,
-                    }
-                )
-    return rows
-
-
-def _can_measure() -> bool:
-    try:
-        require_tools()
-    except NoEmulator:
-        return False
-    return True
+    return export_tree(estimator, out, name=name, real=real, rate_hz=rate_hz, counts=counts, measure=measure)

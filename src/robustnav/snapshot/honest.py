@@ -70,8 +70,11 @@ def shares(p: Array, problem: Problem, info: Array, radius: float) -> Array:
     At points along both halves of each axis of the ellipsoid of ``radius`` sd the cost is minimised across the axis.
     Below 1 the region of good fit is longer than the ellipsoid, or bent out of it; more than promised counts as 1.
     """
-    _, values, vectors = covariance_of(info)
-    size, sd = len(values), 1.0 / np.sqrt(values)
+    P, values, vectors = covariance_of(info)
+    size = len(values)
+    if np.isnan(P).any():  # information without a direction promises nothing that could be shown
+        return np.zeros(size)
+    sd = 1.0 / np.sqrt(values)
     if _straight(p, problem, sd[0] * radius):
         return np.ones(size)
     axis = np.tile(np.arange(size), len(PROBES))
