@@ -134,7 +134,7 @@ def _estimate(given: Readings, track: Stream, options: OffsetOptions) -> TimeOff
     lever = fit(given, reference, rows, options, (None, 0.0))
     try:
         both: Fit | None = fit(given, reference, rows, options, (float(start), 0.0))
-    except InputError:  # at one speed the two columns are one
+    except (InputError, EstimatorError):  # at one speed the two columns are one, or nearly
         both = None
     none = residuals(given, reference, rows, options, (0.0, 0.0))
     scale = both.sd if both is not None else alone.sd

@@ -15,8 +15,9 @@ from robustnav.survey.record import Frame, Known, Measured, Options, TagRanges
 class Task(NamedTuple):
     """A network and how its frame is laid.
 
-    ``first``: rows of the three anchors that lay it, None where known positions do; ``level``: heights are known, so
-    only x and y were free to lay; ``tag_rows``: which of the tag's ranges are in the network, behind the links.
+    ``first``: rows of the three anchors that lay it, None where known positions do; ``level``: heights are known, of
+    all anchors where known positions lay the frame, else of one at least, so that only x and y were free to lay;
+    ``tag_rows``: which of the tag's ranges are in the network, behind the links.
     """
 
     network: Network
@@ -47,6 +48,8 @@ def build(measured: Measured, known: Known | None, frame: Frame, options: Option
     if np.isnan(position[:, :2]).all():
         first = _first(measured.ids, frame)
         _lay(position, info, first, level)
+    else:
+        level = bool(np.isfinite(position[:, 2]).all())
     ends, share, distance, sd, tag_rows, knots = _ranges(measured, options, _needed(known))
     held = np.concatenate([position, np.full((len(knots), 3), np.nan)])
     held_info = np.concatenate([info, np.zeros((len(knots), 3))])

@@ -14,8 +14,9 @@ from robustnav.survey.starts import anchor_start, grow, to_frame
 
 SAME = 0.01  # squared distance in units of the covariance below which two layouts are one
 TRIES = 24  # more starts where the first ones do not fit
+TRIES_WITH_TAG = 1
 ALWAYS = 6  # starts in any case: they find layouts that no single reflection leads to
-ALWAYS_WITH_TAG = 2  # a track has a start and a descent of its own, and many ranges
+ALWAYS_WITH_TAG = 1  # many ranges leave little room for layouts that fit by chance
 THICKNESS = 0.01  # of the layout's size: no descent leaves a line or plane it begins in exactly
 SCALES = (0.1, 0.3, 1.0)  # of the layout's size
 MOST = 12  # layouts kept
@@ -23,19 +24,19 @@ HOPELESS = 1000.0  # times the limit of the residual test: no more steps for wha
 LONG = 200  # more steps for descents that crawl along a valley
 
 
-def minima(task: Task, confidence: float) -> list[End]:
+def minima(task: Task, confidence: float, start: Array | None = None) -> list[End]:
     """Return layouts whose cost is within the one-dimensional quantile of the best one's, best first.
 
-    The same seed every time: equal ranges give equal layouts.
+    The search begins at ``start`` (n, 3), or at many places, the same ones every time: equal ranges, equal layouts.
     """
     network, margin = task.network, quantile(confidence, 1)
     limit = quantile(confidence, network.dof)
     found: list[End] = []
     least = ALWAYS if network.free_anchors == np.count_nonzero(network.free) else ALWAYS_WITH_TAG
-    for count, start in enumerate(_starts(task)):
+    for count, begin in enumerate(starts(task) if start is None else [start]):
         if count >= least and found[0].cost <= limit:
             break
-        _keep(found, _laid(_down(start, network, limit), task), task, margin)
+        _keep(found, _laid(_down(begin, network, limit), task), task, margin)
     done: list[End] = []
     while len(done) < MOST:
         todo = next((end for end in found if not any(end is one for one in done)), None)
@@ -57,7 +58,8 @@ def _down(p: Array, network: Network, limit: float) -> End:
     return end if end.settled or end.cost > HOPELESS * limit else descend(end.p, network, max_steps=LONG)
 
 
-def _starts(task: Task) -> Iterator[Array]:
+def starts(task: Task) -> Iterator[Array]:
+    """Yield places (n, 3) to begin at: grown from known anchors, scaled from distances, then disturbed."""
     network, k = task.network, task.network.anchors
     located = np.zeros(len(network.known), bool)
     fixed = (network.known_info[:k] > 0).all(axis=1)
@@ -67,8 +69,10 @@ def _starts(task: Task) -> Iterator[Array]:
     located[:k] = True
     base = np.zeros_like(network.known)
     rng = np.random.default_rng(0)
+    tries = TRIES if network.free_anchors == np.count_nonzero(network.free) else TRIES_WITH_TAG
     # 3, then 2 and 1: from noise out of the plane or line in which anchors stand the descent may not find back
-    plan = [(3, 0.0), (2, THICKNESS), (1, THICKNESS), *((3, SCALES[n % len(SCALES)]) for n in range(TRIES))]
+    flat = [(2, THICKNESS), (1, THICKNESS)] if tries == TRIES else []
+    plan = [(3, 0.0), *flat, *((3, SCALES[n % len(SCALES)]) for n in range(tries))]
     for dims, spread in plan:
         base[:k] = anchor_start(task, dims)
         base[:k] += spread * np.ptp(base[:k], axis=0).max() * rng.standard_normal((k, 3))

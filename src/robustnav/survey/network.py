@@ -17,7 +17,7 @@ from robustnav.records import Array, BoolArray, IntArray
 
 MAX_STEPS = 60
 SETTLED = 1e-10  # squared distance to the minimum in units of the estimate's own covariance
-DENSE = 400_000  # entries of a Jacobian up to which plain matrices are faster
+DENSE = 40000  # entries of a Jacobian up to which plain matrices are faster
 RIDGE = 1e-10  # of the mean information: keeps a tag that too few ranges place from stopping the anchors
 
 
@@ -198,11 +198,11 @@ def descend(p: Array, network: Network, tie: Tie | None = None, max_steps: int =
     p = np.where(network.free, p, network.known)
     cap = 2.0 * float(network.distance.max())
     value, damping, settled = _tied(p, network, tie), 1e-3, False
-    A, down = _tied_normal(p, network, tie)
+    A, down = normal(p, network)
     for _ in range(max_steps):
-        floor = RIDGE * float(A.diagonal().mean()) + 1e-300
-        step = solver(damped(A, damping, floor))(down)
-        decrement = float(down @ step)
+        solve = solver(damped(A, damping, RIDGE * float(A.diagonal().mean()) + 1e-300))
+        step, pull = _step(solve, down, tie, p[network.free])
+        decrement = float(pull @ step)
         step *= min(1.0, cap / max(float(np.abs(step).max(initial=0.0)), 1e-300))
         trial = p.copy()
         trial[network.free] += step
@@ -211,7 +211,7 @@ def descend(p: Array, network: Network, tie: Tie | None = None, max_steps: int =
         if new <= value:
             p, value, damping = trial, new, max(0.1 * damping, 1e-9)
             if not small:
-                A, down = _tied_normal(p, network, tie)
+                A, down = normal(p, network)
         else:
             damping *= 10.0
         if small or damping > 1e12:
@@ -220,20 +220,23 @@ def descend(p: Array, network: Network, tie: Tie | None = None, max_steps: int =
     return End(p, value, settled)
 
 
+def _step(solve: Callable[[Array], Array], down: Array, tie: Tie | None, free: Array) -> tuple[Array, Array]:
+    """Return the step (u,) and the downhill pull (u,) it answers, of the network and a tie together."""
+    if tie is None:
+        return solve(down), down
+    gap = tie.length - float(tie.direction @ (free - tie.start))
+    pull = down + tie.info * gap * tie.direction
+    # the tie adds one rank to the matrix, which would fill a sparse one (Sherman and Morrison)
+    across, step = solve(tie.direction), solve(pull)
+    share = tie.info * float(tie.direction @ step) / (1.0 + tie.info * float(tie.direction @ across))
+    return step - share * across, pull
+
+
 def _tied(p: Array, network: Network, tie: Tie | None) -> float:
     value = cost(p, network)
     if tie is not None:
         value += tie.info * float(tie.direction @ (p[network.free] - tie.start) - tie.length) ** 2
     return value
-
-
-def _tied_normal(p: Array, network: Network, tie: Tie | None) -> tuple[Any, Array]:
-    A, down = normal(p, network)
-    if tie is not None:
-        A = A + tie.info * np.outer(tie.direction, tie.direction)
-        gap = tie.length - float(tie.direction @ (p[network.free] - tie.start))
-        down = down + tie.info * gap * tie.direction
-    return A, down
 
 
 def anchor_information(p: Array, network: Network) -> Array:

@@ -100,7 +100,7 @@ def survey_anchors(
     for _, end in mended.rivals:
         found.others.extend(_images(end, task, sign))
     suspects = _suspects(measured, task, mended, found.best)
-    isolated = bool(suspects) and not mended.rivals
+    isolated = mended.tried and not mended.rivals
     reason = words.inconsistent((cost, limit, dof), suspects, isolated, mended.scale)
     reason = f"{reason} Without: {found.reason}"
     doubt = _Doubt("inconsistent", reason, suspects, isolated, cost, dof, mended.scale)

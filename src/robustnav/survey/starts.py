@@ -10,14 +10,16 @@ from collections.abc import Iterable
 import numpy as np
 
 from robustnav.records import Array, BoolArray, IntArray
-from robustnav.snapshot.core import Problem, scale_of
-from robustnav.snapshot.honest import survey
+from robustnav.snapshot.core import Problem, distances, scale_of
+from robustnav.snapshot.honest import Survey, quantile, survey
 from robustnav.survey.build import Task
 from robustnav.survey.network import Network, far_ends
 
 EXACT_SD = 1e-3  # m: how firmly an exact coordinate is held while one node is placed
 NUDGE = 0.05  # of the layout's size: places nodes whose ranges leave a circle
 CONFIDENCE = 0.999
+FEW = 8  # ranges up to which one that is wrong cannot be told by looking at the others
+TRIMS, TRIM = 4, 5.0  # rounds, and medians of the absolute residual beyond which a range of many is left out
 
 
 def connected(task: Task) -> IntArray:
@@ -63,7 +65,9 @@ def anchor_distances(network: Network) -> Array:
     for via in range(k):
         np.minimum(high, high[:, via, None] + high[via], out=high)
     for via in range(k):
-        np.maximum(low, low[:, via, None] - high[via], out=low)
+        np.maximum(low, low[:, via, None] - high[via], out=low)  # nothing less is known where high is infinite
+    # what no stamp and no chain of ranges bounds: a smooth track alone ties it to the rest
+    high[np.isinf(high)] = 2.0 * float(network.distance[used].max())
     return np.asarray(0.5 * (np.minimum(low, high) + high), float)
 
 
@@ -103,7 +107,7 @@ def anchor_start(task: Task, dims: int = 3) -> Array:
     """Return a first layout (k, 3) in the frame as laid, from distances alone, flattened to ``dims`` dimensions."""
     network = task.network
     k, distance = network.anchors, anchor_distances(network)
-    if task.level:
+    if (network.known_info[:k, 2] > 0).all():
         z = network.known[:k, 2]
         flat = scaled(np.sqrt(np.maximum(distance**2 - (z[:, None] - z) ** 2, 0.0)), min(dims, 2))
         flat[:, 2] = z
@@ -152,7 +156,8 @@ def _onto_known(p: Array, network: Network, level: bool) -> Array:
 def grow(p: Array, located: BoolArray, network: Network) -> Array:
     """Return all nodes (n, 3): those ``located`` (n,) as in ``p``, the others placed one after the other by ranges.
 
-    A node with no place yet, or with two, waits until every other is placed: what comes then may decide.
+    A node with no place yet, with two, or with ranges that contradict each other waits until every other is placed:
+    what comes then may decide.
     """
     p, located = np.where(located[:, None], p, np.nan), located.copy()
     p[network.free == 0] = network.known[network.free == 0]
@@ -164,8 +169,8 @@ def grow(p: Array, located: BoolArray, network: Network) -> Array:
         # knots first: an anchor placed by few stamps would draw the others aside
         node = max(ready or tries, key=lambda one: (one >= network.anchors, counts[one], -one))
         rows, others = tries[node]
-        places = _places(node, p, network, rows[located[others].all(axis=1)])
-        if ready and len(places) != 1:
+        places, agree = _places(node, p, network, rows[located[others].all(axis=1)])
+        if ready and (len(places) != 1 or not agree):
             waiting[node] = counts[node]
             continue
         before = p[node - 1] if node > network.anchors and located[node - 1] else None
@@ -185,23 +190,40 @@ def _partners(node: int, network: Network) -> tuple[IntArray, IntArray]:
     return rows, others
 
 
-def _places(node: int, p: Array, network: Network, rows: IntArray) -> list[Array]:
-    """Return the places of one node that its ranges to located ones allow, none if these are too few."""
+def _places(node: int, p: Array, network: Network, rows: IntArray) -> tuple[list[Array], bool]:
+    """Return the places of one node that its ranges to located ones allow, none if these are too few.
+
+    And whether they agree: of many ranges most, of few all.
+    """
     info = np.minimum(network.known_info[node], EXACT_SD**-2)
     if len(rows) < max(int(np.count_nonzero(info == 0)), 1):
-        return []
+        return [], False
     near = network.ends[rows, 0] == node
     others = np.where(near[:, None], far_ends(p, network)[rows], p[network.ends[rows, 0]])
-    problem = Problem(
-        others,
-        network.distance[rows],
-        np.diag(network.info[rows]),
-        network.known[node],
-        info,
-        False,
-        scale_of(others, network.distance[rows]),
-    )
-    return [one.position for one in survey(problem, CONFIDENCE).candidates]
+    problem = _problem(others, network.distance[rows], network.info[rows], (network.known[node], info))
+    seen = survey(problem, CONFIDENCE)
+    agree = seen.candidates[0].cost <= quantile(CONFIDENCE, problem.dof)
+    if not agree and len(rows) > FEW:
+        seen, agree = _trimmed(problem, seen), True
+    return [one.position for one in seen.candidates], agree
+
+
+def _problem(others: Array, distance: Array, info: Array, known: tuple[Array, Array]) -> Problem:
+    return Problem(others, distance, np.diag(info), *known, False, scale_of(others, distance))
+
+
+def _trimmed(problem: Problem, seen: Survey) -> Survey:
+    """Return the places that most of many ranges allow: those far off the median residual are left out."""
+    for _ in range(TRIMS):
+        e = problem.ranges - distances(seen.candidates[0].position[None], problem.anchors)[0][0]
+        e = np.abs(e - np.median(e))
+        keep = e <= TRIM * max(float(np.median(e)), 1e-9)
+        if keep.sum() <= FEW:
+            break
+        info = np.diag(problem.W)[keep]
+        rest = _problem(problem.anchors[keep], problem.ranges[keep], info, (problem.prior, problem.prior_info))
+        seen = survey(rest, CONFIDENCE)
+    return seen
 
 
 def _chosen(places: list[Array], before: Array | None) -> Array:
