@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robustnav.benchmark.uwb_methods import METHODS, Method
+from robustnav.benchmark.isas_methods import isas_methods
+from robustnav.benchmark.uwb_methods import Method
 from robustnav.benchmark.uwb_scores import PUBLISHED, Figures, Results, no_recordings, scored, table
 from robustnav.errors import InputError
 from robustnav.evaluate.position import position_figures
@@ -58,11 +59,17 @@ def isas_bags(folder: str | os.PathLike[str]) -> dict[str, Path]:
 
 def benchmark_isas(
     folder: str | os.PathLike[str],
-    methods: Mapping[str, Method] = METHODS,
+    methods: Mapping[str, Method] | None = None,
     *,
     progress: Callable[[], None] = lambda: None,
 ) -> Results:
-    """Score the vendor's own fix and our methods on every walk in a folder; parameters as of ``benchmark_hyu``.
+    """Score the vendor's own fix and our methods on every walk in a folder.
+
+    Parameters
+    ----------
+    folder : with bags, or one bag.
+    methods : from a recording to positions, by name; None takes ``isas_methods``.
+    progress : called after every method of every walk.
 
     Returns
     -------
@@ -76,13 +83,14 @@ def benchmark_isas(
     MissingExtra : rosbags is not installed.
     InputError : as ``isas_bags`` and ``read_uwb_isas``.
     """
+    chosen = isas_methods() if methods is None else methods
     cases: dict[str, Figures] = {}
     without: dict[str, list[str]] = {}
     for name, path in isas_bags(folder).items():
         recording = read_uwb_isas(path)
         without[name] = [anchor for anchor in recording.ranges.anchors.ids if anchor not in OFFSETS]
         recording = replace(recording, ranges=_calibrated(recording.ranges))
-        cases[name] = _case(recording, methods, progress)
+        cases[name] = _case(recording, chosen, progress)
     return {"metric": METRIC, "offsets": OFFSETS, "without_offset": without, "cases": cases}
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from robustnav.benchmark.lias_methods import followed_poses
 from robustnav.benchmark.lias_pose import planar_poses
 from robustnav.benchmark.uwb_scores import PUBLISHED, Figures, Results, no_recordings, scored, table
 from robustnav.calibrate import BiasCurve, RangeCalibration, RangeLine
@@ -25,7 +26,8 @@ TURNED = -7 * DEG  # of the tags about z down; the authors add 7 deg about z up 
 CLOCK = -0.04  # s, where ranges agree best with motion capture
 METRIC = (
     "planar position in metres and heading in degrees against motion capture, no alignment; the tags' axes are turned "
-    f"by the authors' 7 deg, motion capture is taken {-CLOCK:g} s earlier; one row in {EVERY}, each by itself"
+    f"by the authors' 7 deg, motion capture is taken {-CLOCK:g} s earlier; one row in {EVERY}, "
+    "of least squares each by itself"
 )
 SHEET = "calibration.csv"
 EXPECTED = "UWB_<name>.csv beside motion_capture_<name>.csv, and perhaps calibration.csv somewhere"
@@ -72,7 +74,9 @@ def lias_cases(folder: str | os.PathLike[str]) -> dict[str, Case]:
 
 
 def default_methods(folder: str | os.PathLike[str]) -> dict[str, PoseMethod]:
-    """Return our methods: ``least-squares-raw``, and ``least-squares`` on calibrated ranges where a sheet is found.
+    """Return our methods by name: ``least-squares-raw``, and on calibrated ranges, where a sheet is found, more.
+
+    These are ``least-squares``, the causal filter ``ekf`` and its smoother ``rts``.
 
     Raises
     ------
@@ -85,6 +89,8 @@ def default_methods(folder: str | os.PathLike[str]) -> dict[str, PoseMethod]:
     if sheets:
         calibration = _calibration(sheets[0])
         out["least-squares"] = lambda recording: _poses(calibration.apply(recording.ranges))
+        out["ekf"] = lambda recording: followed_poses(calibration.apply(recording.ranges), HEIGHT, EVERY)
+        out["rts"] = lambda recording: followed_poses(calibration.apply(recording.ranges), HEIGHT, EVERY, smooth=True)
     return out
 
 

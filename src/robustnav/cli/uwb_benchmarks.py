@@ -44,10 +44,11 @@ def uwb_isas(folder: Path, *, json: Flag = False, quiet: Flag = False) -> None:
         No progress bar.
     """
     from robustnav.benchmark import uwb_isas as bench
-    from robustnav.benchmark.uwb_methods import METHODS
+    from robustnav.benchmark.isas_methods import isas_methods
 
-    with progress("ISAS", len(bench.isas_bags(folder)) * len(METHODS), quiet=quiet) as step:
-        results = bench.benchmark_isas(folder, METHODS, progress=step)
+    methods = isas_methods()
+    with progress("ISAS", len(bench.isas_bags(folder)) * len(methods), quiet=quiet) as step:
+        results = bench.benchmark_isas(folder, methods, progress=step)
     _say(results, bench.tables(results), json=json)
     for case, anchors in results["without_offset"].items():
         if anchors and not json:
