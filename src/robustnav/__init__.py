@@ -23,11 +23,14 @@ from robustnav.records import Anchors, Innovations, Log, RangeDifferences, Range
 from robustnav.report import report
 from robustnav.run import EKF, H2, UKF, HInfinity, Start, batch, run, smooth, stream
 from robustnav.run.acquisition import Acquisition
+from robustnav.run.inclination import LevelH2
+from robustnav.run.inertial import run_inertial
+from robustnav.run.inertial_start import InertialStart
 from robustnav.run.recorded import Sensors, estimator_for, run_recorded
 from robustnav.run.tracking import ranging_ekf, track
 
 if TYPE_CHECKING:
-    from robustnav import calibrate, datasheet, doctor, logs, sim, snapshot, strapdown, survey
+    from robustnav import alignment, calibrate, datasheet, doctor, logs, sim, snapshot, strapdown, survey
 
 __all__ = [
     "EKF",
@@ -40,8 +43,10 @@ __all__ = [
     "Gate",
     "HInfinity",
     "Huber",
+    "InertialStart",
     "Innovations",
     "InputError",
+    "LevelH2",
     "Log",
     "MissingExtra",
     "Model",
@@ -60,6 +65,7 @@ __all__ = [
     "Symbols",
     "Truth",
     "Vector",
+    "alignment",
     "batch",
     "calibrate",
     "datasheet",
@@ -74,6 +80,7 @@ __all__ = [
     "ranging_ekf",
     "report",
     "run",
+    "run_inertial",
     "run_recorded",
     "sim",
     "smooth",
@@ -85,7 +92,7 @@ __all__ = [
     "units",
 ]
 
-_ON_DEMAND = ("calibrate", "datasheet", "doctor", "logs", "sim", "snapshot", "strapdown", "survey")
+_ON_DEMAND = ("alignment", "calibrate", "datasheet", "doctor", "logs", "sim", "snapshot", "strapdown", "survey")
 
 
 def __getattr__(name: str) -> Any:

@@ -20,7 +20,7 @@ def draw_links(p, sd, rng=None, *, pairs=None, faults=None):
     return Links(a, b, d, np.full(len(d), sd))
 
 
-def tag_path(t):
+def path_of_tag(t):
     """Return where the tag of the hall is (n, 3)."""
     return np.column_stack([4 + 3 * np.cos(0.5 * t), 3 + 2.5 * np.sin(0.7 * t), -1 + 0.7 * np.sin(0.3 * t)])
 
@@ -30,7 +30,7 @@ def draw_tag(p, sd, rng, *, seconds=12.0, every=0.25, apart=0.0):
     stamps = np.arange(0.0, seconds, every)
     t = np.repeat(stamps, len(p)) + apart * np.tile(np.arange(len(p)), len(stamps))
     anchor = np.tile(np.arange(len(p)), len(stamps))
-    d = np.linalg.norm(tag_path(t) - p[anchor], axis=1) + sd * rng.standard_normal(len(t))
+    d = np.linalg.norm(path_of_tag(t) - p[anchor], axis=1) + sd * rng.standard_normal(len(t))
     return TagRanges(t, anchor, d, np.full(len(t), sd))
 
 
@@ -48,3 +48,8 @@ def links():
 @pytest.fixture(scope="session")
 def tag():
     return draw_tag
+
+
+@pytest.fixture(scope="session")
+def tag_path():
+    return path_of_tag

@@ -1,9 +1,14 @@
 """Ranges that do not fit are named, and what is left is right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from robustnav.survey import Known, Measured, Options, TagRanges, survey_anchors
+from robustnav.survey import Frame, Known, Measured, Options, TagRanges, survey_anchors
+from robustnav.survey.build import build
+from robustnav.survey.faults import standardised
+from robustnav.survey.network import descend, residuals
 from robustnav.survey.starts import to_frame
 
 SD = 0.02
@@ -59,3 +64,21 @@ def test_late_ranges_to_a_tag_are_left_out(loss, hall, tag):
     assert len(named - set(np.flatnonzero(late))) < 0.02 * late.size
     assert (np.abs(found.p_a - hall)[5] < 4 * found.sd[5]).all()
     assert "tag at" in found.suspects[0].ends
+
+
+def test_residuals_are_counted_in_sds_of_their_own(hall, tag, tag_path):
+    rng = np.random.default_rng(12)
+    known = Known(np.where(np.arange(6)[:, None] < 5, hall, np.nan))
+    task = build(Measured(tuple("ABCDEF"), tag=tag(hall, 0.02, rng, every=0.1)), known, Frame(), Options())
+    network = task.network
+    start = np.vstack([hall, tag_path(np.unique(np.arange(0.0, 12.0, 0.1)))])
+    p = descend(start, network).p
+    raw = residuals(p, network)[0] * np.sqrt(network.info)
+    assert np.std(standardised(p, network, network)) == pytest.approx(1.0, abs=0.06)
+    assert np.std(raw) < 0.8  # three of six ranges place the tag
+    # one left out is judged with the doubt of the place as well
+    out = np.arange(len(raw)) % 6 == 0
+    rest = replace(network, info=np.where(out, 0.0, network.info))
+    q = descend(start, rest).p
+    assert np.std(standardised(q, network, rest)[out]) == pytest.approx(1.0, abs=0.2)
+    assert np.std((residuals(q, network)[0] * np.sqrt(network.info))[out]) > 1.2

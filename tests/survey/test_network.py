@@ -9,6 +9,8 @@ from robustnav.survey import Known, Measured, Options
 from robustnav.survey import network as network_module
 from robustnav.survey.build import build
 from robustnav.survey.inner import inner_covariance
+from robustnav.survey.judge import bound
+from robustnav.survey.minima import reflected
 from robustnav.survey.network import Tie, anchor_information, cost, descend, jacobian, normal, plain, residuals
 from robustnav.survey.record import Frame
 from robustnav.survey.starts import anchor_distances, anchor_start, grow, scaled, to_frame
@@ -133,3 +135,46 @@ def test_inner_covariance_does_not_know_which_anchors_lay_the_frame(hall, links)
         return np.trace(inner.reshape(6, 3, 6, 3), axis1=1, axis2=3)
 
     np.testing.assert_allclose(of((0, 1, 2)), of((3, 5, 1)), rtol=1e-6, atol=1e-9)
+
+
+def test_a_tag_that_two_places_fit_stays_on_the_side_where_it_was(hall, tag, tag_path):
+    flat = hall * [1, 1, 0]
+    stamps = np.arange(0.0, 6.0, 0.25)
+    ranges = tag(flat, 1e-4, np.random.default_rng(0), seconds=6.0)
+    known = Known(flat, np.full((6, 3), 0.01))
+    network = build(Measured(tuple("ABCDEF"), tag=ranges), known, Frame(), Options()).network
+    located = np.arange(len(network.known)) < 6
+    p = grow(np.vstack([flat, np.zeros((len(stamps), 3))]), located, network)
+    side = np.sign(p[6:, 2])
+    assert (side == side[0]).all()
+    np.testing.assert_allclose(p[6:] * [1, 1, -side[0]], tag_path(stamps), atol=0.01)
+
+
+@pytest.mark.parametrize("upright", [False, True])
+def test_a_mirror_image_keeps_the_distances_to_what_it_is_mirrored_in(upright):
+    rng = np.random.default_rng(1)
+    p = rng.uniform(-5, 5, (4, 3))
+    line = p[0] + np.outer([0.0, 1.0, 2.5], [1.0, 2.0, 0.0])
+    through = line + np.outer([0.0, 3.0, -1.0], [0.0, 0.0, 1.0]) if upright else p[:3]
+    movable = np.tile([True, True, not upright], (4, 1))
+    rows = np.arange(4) == 3
+    image = reflected(p, rows, through, movable)
+    np.testing.assert_array_equal(image[:3], p[:3])
+    assert np.linalg.norm(image[3] - p[3]) > 0.1
+    before, after = (np.linalg.norm(through - q[3], axis=1) for q in (p, image))
+    np.testing.assert_allclose(after, before, rtol=1e-9)
+    assert not upright or image[3, 2] == p[3, 2]
+
+
+def test_an_ellipsoid_that_ranges_do_not_follow_is_given_up(hall, links):
+    flat = hall[:4] * [1, 1, 0]
+    known = Known(np.where(np.arange(4)[:, None] < 3, flat, np.nan))
+
+    def cause(height):
+        at = flat.copy()
+        at[3, 2] = -height
+        task = build(Measured(tuple("ABCD"), links(at, 0.02)), known, Frame(), Options())
+        return bound(descend(at, task.network), task.network, Options(max_dilution=1e9)).cause
+
+    assert "change too little" in cause(0.3)  # the mirror image lies on the ellipsoid
+    assert cause(2.5) == ""

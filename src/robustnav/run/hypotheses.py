@@ -71,7 +71,7 @@ class Leg:
         ways = tuple(Way.follow(task, row, one) for one in starts)
         if len(ways) == 1:
             return cls(row, n, ways, np.full(n - row, np.inf), row, continues)
-        lead = _evidence(task, row, ways[1]) - _evidence(task, row, ways[0]) + handicap
+        lead = evidence(task, row, ways[1]) - evidence(task, row, ways[0]) + handicap
         same = _same(task, *ways)
         clear = np.flatnonzero((np.abs(lead) >= SETTLED)[1:] | same[1:]) + 1
         end = row + int(clear[0]) if clear.size else n
@@ -178,7 +178,7 @@ def _same(task: TrackingTask, one: Way, two: Way) -> BoolArray:
     return out
 
 
-def _evidence(task: TrackingTask, row: int, way: Way) -> Array:
+def evidence(task: TrackingTask, row: int, way: Way) -> Array:
     """Return the cost of the readings behind a row for a way, summed up to each of its rows (m,)."""
     t = task.feed.t[row:]
     model = task.estimator.model

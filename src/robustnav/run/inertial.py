@@ -23,7 +23,7 @@ from robustnav.run.inertial_bank import Search, search
 from robustnav.run.inertial_start import InertialStart, heading_starts
 from robustnav.run.loop import Start
 from robustnav.run.smoothing import smooth as smooth_log
-from robustnav.run.tracking_task import RANGING, Plane, Readings, Source, TrackingTask, _sd
+from robustnav.run.tracking_task import RANGING, Plane, Readings, Source, TrackingTask, window_sd
 from robustnav.snapshot.window import Minimum
 from robustnav.units import DEG
 
@@ -181,7 +181,7 @@ def _task(estimator: EKF, source: Source, settings: InertialStart, backend: str)
             got = f"{len(one.tags)} tags, {len(one)} readings"
             raise InputError(f"{name} readings", got=got, expected="one table of a kind, of one tag, not empty")
         streams[name] = _stream(model, one, name)
-        parts.append(Events.of(one, _sd(model, name)))
+        parts.append(Events.of(one, window_sd(model, name)))
         # errors that last are in the state, or else in the count of readings
         news[model.sensor_index(name)] = np.ones(len(one)) if "range_bias" in model.state_slices else news_of(one)
     if not parts:

@@ -13,7 +13,7 @@ from robustnav.frames import Array, euler_from_quat, rotation_error
 from robustnav.model.blocks import Model
 from robustnav.records import IntArray
 from robustnav.run.feed import Feed
-from robustnav.run.hypotheses import Way, _evidence
+from robustnav.run.hypotheses import Way, evidence
 from robustnav.run.loop import Start
 from robustnav.run.tracking_task import TrackingTask
 
@@ -56,7 +56,7 @@ def search(task: TrackingTask, row: int, starts: Sequence[Start], found_sd: floa
         stop = min(int(np.searchsorted(t, t[begin] + CHUNK)) + 1, len(t))
         chunk = replace(task, feed=Feed(t[:stop], task.feed.u[:stop], task.feed.sensors))
         ways = [Way.follow(chunk, begin, one) for one in alive]
-        totals = costs[:, None] + np.array([_evidence(chunk, begin, way) for way in ways])
+        totals = costs[:, None] + np.array([evidence(chunk, begin, way) for way in ways])
         best, shares = np.argmin(totals, axis=0), _shares(totals)
         x, P = _mixed(model, ways, best, shares)
         known = np.flatnonzero(_heading_sd(model, P)[1:] < found_sd)

@@ -94,7 +94,7 @@ class TrackingTask:
                 raise InputError(f"{name} readings", got=got, expected="one table of a kind, of one tag, not empty")
             slots = model.state_slices.get("range_bias", slice(0, 0))
             streams[name] = one.stream(name, slots=slots.stop - slots.start)
-            parts.append(Events.of(one, _sd(model, name)))
+            parts.append(Events.of(one, window_sd(model, name)))
         if not parts:
             raise InputError("readings", got="none", expected="ranges or range differences")
         events = Events.joined(parts, _down(model, source.height))
@@ -198,7 +198,7 @@ def _with_pauses(feed: Feed, longest: float) -> Feed:
     return Feed(t, np.zeros((len(t), 0)), feed.sensors)
 
 
-def _sd(model: Model, sensor: str) -> float:
+def window_sd(model: Model, sensor: str) -> float:
     """Return the sd of a reading that a window should reckon with: white noise and what biases add to it [m]."""
     bias = float(np.max(model.start_sd.get("range_bias", 0.0)))
     return float(np.hypot(model.sensors[model.sensor_index(sensor)].sd, bias))

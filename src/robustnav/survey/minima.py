@@ -123,13 +123,13 @@ def _images(p: Array, network: Network) -> Iterator[Array]:
         row = np.zeros(len(p), bool)
         row[anchor] = True
         if len(partners):
-            yield _reflected(p, row, partners, movable)
+            yield reflected(p, row, partners, movable)
     held = np.asarray(~movable[:k].any(axis=1))
     if held.any() and not held.all():
-        yield _reflected(p, np.asarray(movable.any(axis=1)), p[:k][held], movable)
+        yield reflected(p, np.asarray(movable.any(axis=1)), p[:k][held], movable)
 
 
-def _reflected(p: Array, rows: BoolArray, through: Array, movable: BoolArray) -> Array:
+def reflected(p: Array, rows: BoolArray, through: Array, movable: BoolArray) -> Array:
     """Return nodes with some rows mirrored in the best plane of points (c, 3); upright where heights are known."""
     upright = not movable[rows, 2].all()
     middle = through.mean(axis=0)
