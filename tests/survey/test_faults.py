@@ -52,7 +52,7 @@ def test_two_faults_that_one_range_left_out_does_not_mend(links):
 @pytest.mark.parametrize("loss", ["student", "huber"])
 def test_late_ranges_to_a_tag_are_left_out(loss, hall, tag):
     rng = np.random.default_rng(6)
-    ranges = tag(hall, 0.05, rng, seconds=10.0, every=0.3, apart=0.04)
+    ranges = tag(hall, 0.05, rng, seconds=13.0, every=0.3, apart=0.04)
     late = rng.random(len(ranges.t)) < 0.06
     measured = TagRanges(ranges.t, ranges.anchor, ranges.distance + late * rng.uniform(0.6, 2.5, late.size), ranges.sd)
     known = Known(np.where(np.arange(6)[:, None] < 5, hall, np.nan))

@@ -123,7 +123,7 @@ def test_too_small_an_sd_is_a_contradiction_that_names_no_single_range(hall, tag
     assert found.scale == pytest.approx(3.0, rel=0.2)
     assert np.abs(found.p_a - hall).max() < 4 * found.sd.max()
     honest = survey_anchors(Measured(IDS, tag=ranges), known)
-    np.testing.assert_allclose(found.sd[5], honest.sd[5], rtol=0.3)
+    np.testing.assert_allclose(found.sd[5], honest.sd[5], rtol=0.5)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from robustnav.survey.record import Options
 
 SINGULAR = 1e-9  # share of the largest information below which a direction is not bound
 PROBED = 6  # weakest directions whose ellipsoid is checked
-PROBES = (1.0, -1.0, 0.5, -0.5)
+PROBES = (1.0, -1.0, 0.5, -0.5)  # of the ellipsoid that holds all coordinates together
 GIVEN_UP = 0.5  # an ellipsoid short by more than a factor of 1.4
 FIRM = 1e4  # how much firmer than the layout itself a probe holds its place
 FULL = 300  # unknowns up to which all directions are looked at
@@ -77,7 +77,7 @@ def _share(end: End, network: Network, axis: tuple[Array, float], confidence: fl
     At points along both halves the cost is minimised across the axis.
     """
     direction, sd = axis
-    reach = sd * float(np.sqrt(quantile(confidence, 1)))
+    reach = sd * float(np.sqrt(quantile(confidence, direction.size)))
     if _straight(end.p, network, reach):
         return 1.0
     start = end.p[network.free]

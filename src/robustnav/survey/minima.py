@@ -15,7 +15,7 @@ from robustnav.survey.starts import anchor_start, grow, to_frame
 SAME = 0.01  # squared distance in units of the covariance below which two layouts are one
 TRIES = 24  # more starts where the first ones do not fit
 TRIES_WITH_TAG = 1
-ALWAYS = 6  # starts in any case: they find layouts that no single reflection leads to
+ALWAYS = 10  # starts in any case: they find layouts that no single reflection leads to
 ALWAYS_WITH_TAG = 1  # many ranges leave little room for layouts that fit by chance
 THICKNESS = 0.01  # of the layout's size: no descent leaves a line or plane it begins in exactly
 SCALES = (0.1, 0.3, 1.0)  # of the layout's size
