@@ -157,11 +157,10 @@ def extra_words(plan: Plan) -> str:
     """Say where one more anchor helps most."""
     x, y, z = plan.extra
     before, after = plan.extra_gdop
-    words = (
-        f"One more anchor helps most at x {x:.1f}, y {y:.1f} m, {-z:.1f} m high: mean GDOP {before:.1f} to {after:.1f}"
-    )
+    place = f"x {x:.1f}, y {y:.1f} m in frame a, {0.0 - z:.1f} m high"
     blind = plan.extra_blind
-    return words + (f", blind {100 * blind[0]:.0f} to {100 * blind[1]:.0f} %." if blind[0] else ".")
+    seen = f", blind {100 * blind[0]:.0f} to {100 * blind[1]:.0f} %" if blind[0] else ""
+    return f"One more anchor helps most at {place}: mean GDOP {before:.1f} to {after:.1f}{seen}."
 
 
 def layout_document(plan: Plan, flight: Flight) -> dict[str, object]:

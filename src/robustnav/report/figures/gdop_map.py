@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -42,13 +43,14 @@ def gdop_map(
     for k, (shade, text) in enumerate(zip(SHADES, names, strict=True)):
         if ((shown >= edges[k]) & (shown < edges[k + 1])).any():
             axes.fill([], [], color=shade, edgecolor="#888888", linewidth=0.5, label=text)
-    axes.plot(*anchors.p_a[:, :2].T, "^", color=INK, markersize=7, linestyle="none", label="Anchor")
+    marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "zorder": 4}  # clear of dark shades
+    axes.plot(*anchors.p_a[:, :2].T, "^", color=INK, markersize=8, label="Anchor", **marker)
     for anchor, p in zip(anchors.ids, anchors.p_a, strict=True):
-        axes.annotate(
-            f"{anchor} ({-p[2]:.2g} m)", p[:2], (5, 5), textcoords="offset points", fontsize=SMALL_PT, color=INK
-        )
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8}
+        style: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL_PT, "color": INK, "bbox": box}
+        axes.annotate(f"{anchor} ({0.0 - p[2]:.2g} m)", p[:2], (6, 6), **style)
     if extra is not None:
-        axes.plot(*extra[:2], "*", color=VERMILION, markersize=13, linestyle="none", label="One more helps most")
+        axes.plot(*extra[:2], "*", color=VERMILION, markersize=14, label="One more helps most", **marker)
     axes.set_aspect("equal")
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(high[1] + margin, low[1] - margin)  # y is to the right of x with z down: seen from above
