@@ -9,7 +9,8 @@
  *   x[0..1], e[0..1]  p_n [m]
  *   x[2..3], e[2..3]  v_n [m/s]
  *   p[0]  time_offset
- *   p[1]  tag_down
+ *   p[1]  velocity_damping
+ *   p[2]  tag_down
  *   reading range: z[0..0] [m]
  *     z[1..3]  p_anchor [m]
  *   reading tdoa: z[0..0] [m]
@@ -21,27 +22,32 @@
 RN_INLINE void rn_uwb_2d_propagate(real *x, const real *u, const real *p, real dt)
 {
     RN_UNUSED(u);
-    RN_UNUSED(p);
     const real s_p_n_0 = x[0];
     const real s_p_n_1 = x[1];
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
-    const real t_0 = dt * s_v_n_0;
-    const real t_1 = dt * s_v_n_1;
-    x[0] = s_p_n_0 + t_0;
-    x[1] = s_p_n_1 + t_1;
-    x[2] = s_v_n_0;
-    x[3] = s_v_n_1;
+    const real p_velocity_damping = p[1];
+    const real r0_v_n_0 = -(p_velocity_damping * s_v_n_0);
+    const real t_0 = R(0.5) * dt;
+    const real m_2 = s_v_n_0 + r0_v_n_0 * t_0;
+    const real r0_v_n_1 = -(p_velocity_damping * s_v_n_1);
+    const real m_3 = s_v_n_1 + r0_v_n_1 * t_0;
+    const real r_v_n_0 = -(m_2 * p_velocity_damping);
+    const real r_v_n_1 = -(m_3 * p_velocity_damping);
+    x[0] = dt * m_2 + s_p_n_0;
+    x[1] = dt * m_3 + s_p_n_1;
+    x[2] = dt * r_v_n_0 + s_v_n_0;
+    x[3] = dt * r_v_n_1 + s_v_n_1;
 }
 
 RN_INLINE void rn_uwb_2d_predict(real *x, real *P, const real *u, const real *q, const real *p, real dt)
 {
     RN_UNUSED(u);
-    RN_UNUSED(p);
     const real s_p_n_0 = x[0];
     const real s_p_n_1 = x[1];
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
+    const real p_velocity_damping = p[1];
     const real q_0 = q[0];
     const real P_0_0 = P[0];
     const real P_0_1 = P[1];
@@ -53,60 +59,79 @@ RN_INLINE void rn_uwb_2d_predict(real *x, real *P, const real *u, const real *q,
     const real P_2_2 = P[7];
     const real P_2_3 = P[8];
     const real P_3_3 = P[9];
-    const real t_0 = dt * s_v_n_0;
-    const real t_1 = dt * s_v_n_1;
-    const real Q_0_0 = R(0.3333333333333333) * (dt * dt * dt) * q_0;
-    const real T_0_0 = P_0_0 + P_0_2 * dt;
-    const real T_0_2 = P_0_2 + P_2_2 * dt;
-    const real T_0_1 = P_0_1 + P_1_2 * dt;
-    const real t_2 = P_2_3 * dt;
-    const real T_0_3 = P_0_3 + t_2;
-    const real Q_0_2 = R(0.5) * (dt * dt) * q_0;
-    const real T_1_1 = P_1_1 + P_1_3 * dt;
-    const real T_1_3 = P_1_3 + P_3_3 * dt;
-    const real T_1_2 = P_1_2 + t_2;
-    const real Q_2_2 = dt * q_0;
-    x[0] = s_p_n_0 + t_0;
-    x[1] = s_p_n_1 + t_1;
-    x[2] = s_v_n_0;
-    x[3] = s_v_n_1;
-    P[0] = Q_0_0 + T_0_0 + T_0_2 * dt;
-    P[1] = T_0_1 + T_0_3 * dt;
-    P[2] = Q_0_2 + T_0_2;
-    P[3] = T_0_3;
-    P[4] = Q_0_0 + T_1_1 + T_1_3 * dt;
-    P[5] = T_1_2;
-    P[6] = Q_0_2 + T_1_3;
-    P[7] = P_2_2 + Q_2_2;
-    P[8] = P_2_3;
-    P[9] = P_3_3 + Q_2_2;
+    const real r0_v_n_0 = -(p_velocity_damping * s_v_n_0);
+    const real t_0 = R(0.5) * dt;
+    const real m_2 = s_v_n_0 + r0_v_n_0 * t_0;
+    const real r0_v_n_1 = -(p_velocity_damping * s_v_n_1);
+    const real m_3 = s_v_n_1 + r0_v_n_1 * t_0;
+    const real r_v_n_0 = -(m_2 * p_velocity_damping);
+    const real r_v_n_1 = -(m_3 * p_velocity_damping);
+    const real t_1 = R(1.0) - p_velocity_damping * t_0;
+    const real F_0_2 = dt * t_1;
+    const real t_2 = (dt * dt * dt) * q_0;
+    const real Q_0_0 = R(0.3333333333333333) * t_2;
+    const real T_0_0 = F_0_2 * P_0_2 + P_0_0;
+    const real T_0_2 = F_0_2 * P_2_2 + P_0_2;
+    const real T_0_1 = F_0_2 * P_1_2 + P_0_1;
+    const real t_3 = F_0_2 * P_2_3;
+    const real T_0_3 = P_0_3 + t_3;
+    const real F_2_2 = R(1.0) - p_velocity_damping * F_0_2;
+    const real t_4 = R(0.08333333333333333) * t_2;
+    const real Q_0_2 = R(0.5) * (dt * dt) * q_0 * t_1 - p_velocity_damping * t_4;
+    const real T_1_1 = F_0_2 * P_1_3 + P_1_1;
+    const real T_1_3 = F_0_2 * P_3_3 + P_1_3;
+    const real T_1_2 = P_1_2 + t_3;
+    const real Q_2_2 = dt * q_0 * (t_1 * t_1) + (p_velocity_damping * p_velocity_damping) * t_4;
+    const real T_2_2 = F_2_2 * P_2_2;
+    const real T_2_3 = F_2_2 * P_2_3;
+    const real T_3_3 = F_2_2 * P_3_3;
+    x[0] = dt * m_2 + s_p_n_0;
+    x[1] = dt * m_3 + s_p_n_1;
+    x[2] = dt * r_v_n_0 + s_v_n_0;
+    x[3] = dt * r_v_n_1 + s_v_n_1;
+    P[0] = F_0_2 * T_0_2 + Q_0_0 + T_0_0;
+    P[1] = F_0_2 * T_0_3 + T_0_1;
+    P[2] = F_2_2 * T_0_2 + Q_0_2;
+    P[3] = F_2_2 * T_0_3;
+    P[4] = F_0_2 * T_1_3 + Q_0_0 + T_1_1;
+    P[5] = F_2_2 * T_1_2;
+    P[6] = F_2_2 * T_1_3 + Q_0_2;
+    P[7] = F_2_2 * T_2_2 + Q_2_2;
+    P[8] = F_2_2 * T_2_3;
+    P[9] = F_2_2 * T_3_3 + Q_2_2;
 }
 
 RN_INLINE void rn_uwb_2d_transition(const real *x, const real *u, const real *q, const real *p, real dt, real *F, real *Q)
 {
     RN_UNUSED(x);
     RN_UNUSED(u);
-    RN_UNUSED(p);
+    const real p_velocity_damping = p[1];
     const real q_0 = q[0];
-    const real Q_0_0 = R(0.3333333333333333) * (dt * dt * dt) * q_0;
-    const real Q_0_2 = R(0.5) * (dt * dt) * q_0;
-    const real Q_2_2 = dt * q_0;
+    const real t_0 = R(0.5) * dt;
+    const real t_1 = R(1.0) - p_velocity_damping * t_0;
+    const real F_0_2 = dt * t_1;
+    const real F_2_2 = R(1.0) - p_velocity_damping * F_0_2;
+    const real t_2 = (dt * dt * dt) * q_0;
+    const real Q_0_0 = R(0.3333333333333333) * t_2;
+    const real t_3 = R(0.08333333333333333) * t_2;
+    const real Q_0_2 = R(0.5) * (dt * dt) * q_0 * t_1 - p_velocity_damping * t_3;
+    const real Q_2_2 = dt * q_0 * (t_1 * t_1) + (p_velocity_damping * p_velocity_damping) * t_3;
     F[0] = R(1.0);
     F[1] = R(0.0);
-    F[2] = dt;
+    F[2] = F_0_2;
     F[3] = R(0.0);
     F[4] = R(0.0);
     F[5] = R(1.0);
     F[6] = R(0.0);
-    F[7] = dt;
+    F[7] = F_0_2;
     F[8] = R(0.0);
     F[9] = R(0.0);
-    F[10] = R(1.0);
+    F[10] = F_2_2;
     F[11] = R(0.0);
     F[12] = R(0.0);
     F[13] = R(0.0);
     F[14] = R(0.0);
-    F[15] = R(1.0);
+    F[15] = F_2_2;
     Q[0] = Q_0_0;
     Q[1] = R(0.0);
     Q[2] = Q_0_2;
@@ -180,7 +205,7 @@ RN_INLINE void rn_uwb_2d_measure_range(const real *x, const real *z, const real 
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_1 = z[1];
     const real z_2 = z[2];
     const real z_3 = z[3];
@@ -194,7 +219,7 @@ RN_INLINE void rn_uwb_2d_residual_range(const real *x, const real *z, const real
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -209,7 +234,7 @@ RN_INLINE void rn_uwb_2d_jacobian_range(const real *x, const real *z, const real
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_1 = z[1];
     const real z_2 = z[2];
     const real z_3 = z[3];
@@ -231,7 +256,7 @@ RN_INLINE void rn_uwb_2d_innovation_range(const real *x, const real *z, const re
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -246,7 +271,7 @@ RN_INLINE real rn_uwb_2d_update_range(real *x, real *P, const real *z, real vari
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -288,7 +313,7 @@ RN_INLINE void rn_uwb_2d_measure_tdoa(const real *x, const real *z, const real *
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_1 = z[1];
     const real z_2 = z[2];
     const real z_3 = z[3];
@@ -307,7 +332,7 @@ RN_INLINE void rn_uwb_2d_residual_tdoa(const real *x, const real *z, const real 
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -327,7 +352,7 @@ RN_INLINE void rn_uwb_2d_jacobian_tdoa(const real *x, const real *z, const real 
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_1 = z[1];
     const real z_2 = z[2];
     const real z_3 = z[3];
@@ -359,7 +384,7 @@ RN_INLINE void rn_uwb_2d_innovation_tdoa(const real *x, const real *z, const rea
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -379,7 +404,7 @@ RN_INLINE real rn_uwb_2d_update_tdoa(real *x, real *P, const real *z, real varia
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -523,7 +548,7 @@ RN_INLINE void rn_uwb_2d_correct(real *x, const real *z, const real *K, const re
     const real s_v_n_0 = x[2];
     const real s_v_n_1 = x[3];
     const real p_time_offset = p[0];
-    const real p_tag_down = p[1];
+    const real p_tag_down = p[2];
     const real z_0 = z[0];
     const real z_1 = z[1];
     const real z_2 = z[2];
@@ -578,7 +603,7 @@ static const RN(sensor) rn_uwb_2d_sensors[] = {
     {"tdoa", 1, 7, 1, rn_uwb_2d_measure_tdoa, rn_uwb_2d_residual_tdoa, rn_uwb_2d_jacobian_tdoa, rn_uwb_2d_innovation_tdoa, rn_uwb_2d_update_tdoa},
     {"position", 2, 2, 2, rn_uwb_2d_measure_position, rn_uwb_2d_residual_position, rn_uwb_2d_jacobian_position, rn_uwb_2d_innovation_position, rn_uwb_2d_update_position}};
 static const RN(model) rn_uwb_2d_model = {
-    RN_ABI, (int)sizeof(real), "uwb_2d", 4, 4, 0, 1, 2, 3, rn_uwb_2d_sensors,
+    RN_ABI, (int)sizeof(real), "uwb_2d", 4, 4, 0, 1, 3, 3, rn_uwb_2d_sensors,
     rn_uwb_2d_propagate, rn_uwb_2d_predict, rn_uwb_2d_transition, rn_uwb_2d_inject, rn_uwb_2d_inject_turned, rn_uwb_2d_difference, rn_uwb_2d_gain, rn_uwb_2d_correct};
 
 #endif

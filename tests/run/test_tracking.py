@@ -154,6 +154,17 @@ def test_silence_is_named_and_doubt_grows_in_it():
     assert rms(error_of(run)[run.t > 9.0]) < 0.4
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_smoother_tells_the_path_through_a_silence_from_both_ends(seed):
+    given = ranges(errors=RangingErrors(white_sd=SD, outages=(Outage(3.0, 8.0, None),)), seed=seed)
+    forward, both = (track(BIASED, given, smooth=smooth) for smooth in (False, True))
+    silent = (both.t > 3.0) & (both.t < 8.0)
+    end = (both.t > 7.0) & (both.t < 8.0)
+    assert rms(error_of(both)[silent]) < 0.5 * rms(error_of(forward)[silent])
+    assert distance(error_of(both)[end]).max() < 3.0  # no jump where the ranges return
+    assert (np.linalg.norm(both.sd["p_n"][end], axis=1) < np.linalg.norm(forward.sd["p_n"][end], axis=1)).all()
+
+
 def test_a_mirror_image_is_named_and_lies_within_the_deviation():
     run = track(STUDENT, ranges(anchors=rig.ceiling(), path=BELOW))
     assert any("two places fit" in e and "not settled" in e for e in run.events)

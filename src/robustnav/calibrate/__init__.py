@@ -7,6 +7,7 @@ from robustnav.calibrate.pairs import Pairs
 from robustnav.calibrate.range_line import Fitted, RangeLine, fit_line
 from robustnav.calibrate.ranges import RangeCalibration, calibrate_ranges
 from robustnav.calibrate.robust import HUBER, LEAST_SQUARES, STUDENT_T, Loss
+from robustnav.calibrate.time_offset import OffsetOptions, TimeOffset, offset_of_positions, offset_of_ranges
 
 __all__ = [
     "HUBER",
@@ -17,14 +18,18 @@ __all__ = [
     "HeldOut",
     "KnotChoice",
     "Loss",
+    "OffsetOptions",
     "Pairs",
     "RangeCalibration",
     "RangeLine",
+    "TimeOffset",
     "calibrate_ranges",
     "choose_curve",
     "fit_curve",
     "fit_line",
     "held_out",
+    "offset_of_positions",
+    "offset_of_ranges",
     "read_calibration",
     "write_calibration",
 ]

@@ -74,6 +74,7 @@ def uwb_of(
         acceleration_density=carrier.acceleration_density,
         vertical_density=carrier.vertical_density,
         dimensions=3 if tag_down is None else 2,
+        speed=carrier.speed,
         bias=radio.bias if bias else None,
         tag_down=0.0 if tag_down is None else tag_down,
         time_offset=time_offset,

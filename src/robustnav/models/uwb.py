@@ -41,6 +41,7 @@ def uwb(
     vertical_density: float | None = None,
     dimensions: int = 3,
     driven: bool = False,
+    speed: float | None = None,
     bias: RangeBias | None = None,
     tag_down: float = 0.0,
     time_offset: float = 0.0,
@@ -61,6 +62,8 @@ def uwb(
     vertical_density : the same for the vertical; None: as the horizontal one.  A vehicle on a floor needs little.
     dimensions : 3, or 2 for a tag at the known height ``tag_down``.
     driven : take the acceleration as the input ``accel_n`` [m/s^2]; the noise is then that of the input.
+    speed : size of each horizontal component of the velocity in the long run [m/s]: it forgets itself at the rate that
+        leaves it this sd, so that a silence does not carry the tag away.  None: it wanders without bound, as published.
     bias : estimate a bias of each of up to eight anchors and an error of scale: state ``range_bias`` [m] and
         ``range_scale``; which anchor it is travels with each reading, see ``Ranges.stream``.  None: white noise only.
     tag_down : where the tag is on the down axis [m], in a plane.
@@ -69,17 +72,24 @@ def uwb(
 
     Raises
     ------
-    InputError : dimensions other than 2 or 3, both ``driven`` and ``bias``, or a number out of range.
+    InputError : dimensions other than 2 or 3, ``driven`` with ``bias`` or ``speed``, or a number out of range.
     """
     if dimensions not in _FRAMES:
         raise InputError("dimensions", got=str(dimensions), expected="2 or 3")
-    if driven and bias is not None:
-        raise InputError("uwb model", got="driven and bias", expected="one of them")
+    if driven and (bias is not None or speed is not None):
+        raise InputError("uwb model", got="driven with bias or speed", expected="one of them")
+    if speed is not None and not (speed > 0 and acceleration_density > 0):
+        raise InputError("speed", got=f"{speed} m/s", expected="above zero, with an acceleration above zero")
     n = dimensions
     vertical = acceleration_density if vertical_density is None else vertical_density
     noises = [Noise("acceleration", "m/s^2/sqrt(Hz)", acceleration_density, 2)]
     noises += [Noise("vertical_acceleration", "m/s^2/sqrt(Hz)", vertical, 1)] if n == 3 else []
-    parameters = {"time_offset": time_offset} | ({"tag_down": tag_down} if n == 2 else {})
+    damping = 0.0 if speed is None else acceleration_density**2 / (2 * speed**2)  # of white noise into variance speed^2
+    parameters = (
+        {"time_offset": time_offset}
+        | ({} if driven else {"velocity_damping": damping})
+        | ({"tag_down": tag_down} if n == 2 else {})
+    )
     flatter = min(1.0, vertical / acceleration_density) if acceleration_density > 0 else 1.0
     start_sd: dict[str, ArrayLike] = {"p_n": 1.0, "v_n": (1.0, 1.0, flatter)[:n]}
     state = [Vector("p_n", "m", n), Vector("v_n", "m/s", n)]
@@ -116,7 +126,7 @@ def _equations(s: Symbols, *, dimensions: int, driven: bool, biased: bool) -> Eq
     tag = s.p_n - s.time_offset * s.v_n
     at = [*tag] if dimensions == 3 else [*tag, s.tag_down]
     acceleration = _stacked(s.acceleration, s.vertical_acceleration) if dimensions == 3 else s.acceleration
-    rates = {"p_n": s.v_n, "v_n": acceleration + s.accel_n if driven else acceleration}
+    rates = {"p_n": s.v_n, "v_n": acceleration + (s.accel_n if driven else -s.velocity_damping * s.v_n)}
     one = distance(at, s.p_anchor)
     two = distance(at, s.p_second) - distance(at, s.p_first)
     if biased:

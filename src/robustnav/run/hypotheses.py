@@ -21,6 +21,7 @@ from robustnav.snapshot.window import DEGREES_OF_FREEDOM
 SAID = tuple(field.name for field in fields(SensorSeen))
 MERGED = 0.3  # standard deviations between two ways that are one
 SETTLED = 4.5  # difference of costs at which one hypothesis is taken for true: chi-square difference of 9
+FORETOLD = 16.3  # squared distance in standard deviations, 99.9 % of three coordinates
 CLEARLY = 0.5  # the second hypothesis is shown only while it is ahead by this much
 
 
@@ -148,13 +149,22 @@ def mixed(shown: tuple[Array, Array], one: tuple[Array, Array], two: tuple[Array
 
 
 def smoothed(task: TrackingTask, legs: Sequence[Leg]) -> tuple[Array, Array]:
-    """Return smoothed states and packed covariances of all legs; a start cuts, a leg that continues does not."""
+    """Return smoothed states and packed covariances of all legs.
+
+    A new start cuts, unless the old way had said that it might be there: after a silence, the path between is then
+    told by both ends.  A leg that continues does not cut.
+    """
+    begun = {leg.row for leg in legs if not leg.continues}
+    legs = [leg for leg in legs if leg.stop > leg.row]  # one that went on where it began says nothing itself
     feed, first = task.feed, legs[0].row
     functions = functions_of(task.estimator.model, task.backend)
     chosen = [int(leg.second()[leg.stop - leg.row - 1]) for leg in legs]
     parts = [leg.way(c) for leg, c in zip(legs, chosen, strict=True)]
-    breaks = [leg.row - first for leg, c in zip(legs, chosen, strict=True) if not (leg.continues and c == 0)][1:]
+    breaks = [leg.row - first for leg, c in zip(legs, chosen, strict=True) if leg.row in begun or c == 1][1:]
     stacked = np.vstack([x for x, _ in parts]), np.vstack([P for _, P in parts])
+    for start in breaks.copy():
+        own = _foretold(task, first, start, stacked, task.tau if start + first in begun else 0.0)
+        breaks = [b for b in breaks if not own < b <= start]
     x, P = smooth(functions, feed.t[first:], feed.u[first:], *stacked, breaks)
     for leg, c in zip(legs, chosen, strict=True):
         if len(leg.ways) == 1 or leg.settled:
@@ -165,6 +175,34 @@ def smoothed(task: TrackingTask, legs: Sequence[Leg]) -> tuple[Array, Array]:
         share = 1 / (1 + np.exp(abs(leg.lead[leg.stop - leg.row - 1])))
         P[rows] = mixed(shown, shown, rival, np.full(leg.stop - leg.row, share))
     return x, P
+
+
+def _foretold(task: TrackingTask, first: int, start: int, whole: tuple[Array, Array], since: float) -> int:
+    """Return the row from which a filter could foretell where it was started anew at ``start``, else ``start``.
+
+    ``whole``: states and packed covariances from row ``first`` on.  What the readings of the last ``since`` seconds,
+    which found the new place, had done to the old way is undone, if so: it is carried on without them.
+    """
+    functions, feed = functions_of(task.estimator.model, task.backend), task.feed
+    t = feed.t[first:]
+    own = int(np.searchsorted(t, t[start] - since)) - 1
+    if own < 0:
+        return start
+    x, P = whole[0][own], unpack(whole[1][own])
+    states, covariances = [], []
+    for k in range(own + 1, start + 1):
+        F, Q = functions.transition(x, feed.u[first + k], t[k] - t[k - 1])
+        x, P = functions.propagate(x, feed.u[first + k], t[k] - t[k - 1]), F @ P @ F.T + Q
+        states.append(x)
+        covariances.append(pack(P))
+    part = task.estimator.model.error_slices["p_n"]
+    off = whole[0][start, part] - x[part]
+    both = P[part, part] + unpack(whole[1][start])[part, part]
+    if not off @ np.linalg.solve(both, off) < FORETOLD:
+        return start
+    for k, (state, covariance) in enumerate(zip(states[:-1], covariances[:-1], strict=True), own + 1):
+        whole[0][k], whole[1][k] = state, covariance
+    return own
 
 
 def _same(task: TrackingTask, one: Way, two: Way) -> BoolArray:

@@ -21,7 +21,8 @@ from robustnav.run.loop import Start
 from robustnav.run.tracking_task import RANGING, Readings, Source, TrackingTask
 from robustnav.snapshot.window import Minimum
 
-_PARTS = 10.0  # of a bias's time constant in the longest step of a prediction
+_MOST_SIDES = 4  # of doubts about the side that are listed
+_PARTS = 10.0  # of a time constant in the longest step of a prediction; a fifth is fine enough for velocities
 
 
 def ranging_ekf(model: Model, rule: Rule) -> EKF:
@@ -29,7 +30,8 @@ def ranging_ekf(model: Model, rule: Rule) -> EKF:
 
     On a model with biases a pause is predicted in parts much shorter than their time constant.
     """
-    longest_step = model.parameters.get("bias_time", np.inf) / _PARTS
+    slowest = model.parameters.get("bias_time", np.inf), 2 / max(model.parameters.get("velocity_damping", 0.0), 1e-9)
+    longest_step = min(slowest) / _PARTS
     return EKF(model, dict.fromkeys(RANGING, rule), longest_step=longest_step)
 
 
@@ -183,6 +185,10 @@ class _Course:
             end = f"settled at {t[leg.end]:.2f} s" if leg.settled else f"not settled by {t[leg.stop - 1]:.2f} s"
             what = "either side of the anchors' plane fits" if leg.continues else "two places fit"
             out.append(f"{what} from {t[leg.row]:.2f} s, the other ({other}) m: {end}")
+        sides = [k for k, text in enumerate(out) if text.startswith("either side")]
+        if len(sides) > _MOST_SIDES:  # a tag that moves along the plane is asked about over and over
+            kept = [text for k, text in enumerate(out) if k not in sides[_MOST_SIDES - 1 : -1]]
+            return [*kept, f"{len(sides) - _MOST_SIDES} more doubts about the side between these"]
         return out
 
 
