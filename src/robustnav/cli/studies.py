@@ -99,6 +99,46 @@ def uwb(
     say(f"\nreport: {page}")
 
 
+@demo.command
+def alignment(
+    *,
+    out: Path = Path("out/alignment"),
+    seeds: int = 100,
+    seed: int = 0,
+    json: Flag = False,
+    quiet: Flag = False,
+) -> None:
+    """Run the alignment study: the published filters on a swaying carrier in the wind, their weight, and ours.
+
+    Parameters
+    ----------
+    out
+        Folder for report.html and results.json.
+    seeds
+        Independent runs a scenario and wind.
+    seed
+        The first of them.
+    json
+        Print results.json instead of tables.
+    quiet
+        No progress bar.
+    """
+    from robustnav.studies.alignment import alignment_study, results, rows_of, steps_of
+    from robustnav.studies.alignment_report import goal_rows, write_study
+
+    with progress("alignment study", steps_of(seeds), quiet=quiet) as step:
+        study = alignment_study(seeds, seed, step)
+    page = write_study(study, out, f"robustnav demo alignment --seeds {seeds} --seed {seed}")
+    if json:
+        say_json(results(study))
+        note(f"report: {page}")
+        return
+    for name, case in study.cases.items():
+        say_table(f"{name}, median / 95 % over {seeds} seeds", rows_of(case.figures))
+    say_table("Goals", goal_rows(study))
+    say(f"\nreport: {page}")
+
+
 def simulate(
     *,
     motion: Motion = "case-one",

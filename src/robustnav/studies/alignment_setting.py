@@ -1,0 +1,123 @@
+"""What the alignment study compares: scenarios, winds, the published model, estimators and where they start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from robustnav.alignment import AlignSetup
+from robustnav.alignment.riekf import Correction
+from robustnav.filter.ukf import Spread
+from robustnav.frames import Array, quat_from_rotvec, quat_multiply
+from robustnav.model import Model
+from robustnav.models import AlignmentNoise, alignment
+from robustnav.run import UKF, HInfinity, Start
+from robustnav.sim.alignment import AlignmentData, load_scenario, scenario_names
+from robustnav.sim.alignment_scenario import Scenario
+
+GAMMA = 5.0
+SENSOR_SIZED, UNIT = 0.1, 1.0  # m/s: measurement weights of the two published filters
+SPREAD = Spread(1.0, 2.0)  # of sigma points, alpha and beta as published
+VELOCITY_SD = 3.0  # m/s, at the start
+DRAWS = 4000
+PUBLISHED = "lines"  # the published wind with phases drawn for each run
+WINDS = {
+    PUBLISHED: "the published lines, phases drawn for each run",
+    "printed": "the published lines with the phases as printed",
+    "gusts": "the published lines, and 5 % of readings off by 3 m/s",
+    "markov": "a Gauss-Markov wind of 0.5 m/s and 4 s, no lines",
+    "none": "no wind",
+}
+METHODS = {
+    "ukf": "UKF on the published model, measurement weight 0.1 m/s",
+    "ukf-r1": "the same UKF with the H-infinity filter's weight, 1 m/s",
+    "hinf": "the published filter: unscented, H-infinity, weight 1 m/s, gamma 5, L = I",
+    "riekf": "right-invariant EKF, weight 1 m/s, first-order covariance transport",
+    "riekf-lie": "the same, corrections and covariance along the group",
+    "align": "robustnav.alignment.align: any heading, wind found online",
+}
+INVARIANT: dict[str, Correction] = {"riekf": "first order", "riekf-lie": "lie"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scenario in a wind, by name."""
+
+    scenario: str
+    wind: str
+
+    @property
+    def name(self) -> str:
+        """The scenario's name, with the wind where it is not the published one."""
+        return self.scenario if self.wind == PUBLISHED else f"{self.scenario}-{self.wind}"
+
+    def load(self) -> Scenario:
+        """Return what is simulated."""
+        return load_scenario(self.scenario, self.wind)
+
+
+def groups() -> list[tuple[Case, ...]]:
+    """Return all cases, the published wind first, those together that differ only in where estimators start.
+
+    The printed phases are one realisation: they run with the gyros as printed.
+    """
+    units = sorted({name.split("-")[0] for name in scenario_names()}, reverse=True)
+    return [
+        tuple(Case(name, wind) for name in scenario_names() if name.startswith(f"{unit}-"))
+        for wind in WINDS
+        for unit in units
+        if unit == "s" or wind != "printed"
+    ]
+
+
+def estimators(scenario: Scenario) -> dict[str, UKF | HInfinity]:
+    """Return the filters on the published model, by name, tuned to a scenario's sensors."""
+    unit, sensor_sized = (_model(scenario, sd) for sd in (UNIT, SENSOR_SIZED))
+    return {
+        "ukf": UKF(sensor_sized, SPREAD),
+        "ukf-r1": UKF(unit, SPREAD),
+        "hinf": HInfinity(unit, GAMMA, spread=SPREAD),
+    }
+
+
+def setup_of(scenario: Scenario) -> AlignSetup:
+    """Return what ``align`` is told of a scenario: place and sensors, nothing of wind or start."""
+    return AlignSetup.published(scenario.gyro.white_sd, scenario.accel.white_sd, scenario.latitude)
+
+
+def start_of(data: AlignmentData, estimator: UKF | HInfinity) -> Start:
+    """Return where the filters on the published model start: the covariance of the quaternion is that of the draw."""
+    setup, q = setup_of(data.scenario), data.q_nb_start
+    sd = {"v_n": VELOCITY_SD, "gyro_bias": setup.gyro_bias_sd, "accel_bias": setup.accel_bias_sd}
+    start = Start.at(estimator.model, sd, quaternion=q)
+    part = estimator.model.error_slices["quaternion"]
+    times_q = quat_multiply(np.eye(4), q).T  # the matrix that takes w to w * q
+    start.P[part, part] = times_q @ _spread(data.scenario.misalignment) @ times_q.T
+    return start
+
+
+def _model(scenario: Scenario, velocity_sd: float) -> Model:
+    setup, place = setup_of(scenario), scenario.place
+    noise = AlignmentNoise(
+        gyro_density=setup.gyro_density,
+        accel_density=setup.accel_density,
+        gyro_bias_density=setup.gyro_bias_walk,
+        accel_bias_density=setup.accel_bias_walk,
+        velocity_sd=velocity_sd,
+    )
+    return alignment(
+        noise,
+        gravity=float(place.gravity_n[2]),
+        earth_rate_north=float(place.earth_rate_n[0]),
+        earth_rate_down=float(place.earth_rate_n[2]),
+    )
+
+
+@lru_cache(maxsize=8)
+def _spread(misalignment: tuple[float, float, float]) -> Array:
+    """Return the covariance (4, 4) of Exp(m), m normal with standard deviations ``misalignment`` [rad]."""
+    m = np.random.default_rng(0).standard_normal((DRAWS, 3)) * misalignment
+    out: Array = np.cov(quat_from_rotvec(m).T) + 1e-10 * np.eye(4)
+    return out
