@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from robustnav.alignment import riekf
-from robustnav.alignment.riekf import Belief, InvariantStart, invariant_ekf, left_jacobian, moved, step_of, transition
+from robustnav.alignment.riekf import (
+    Belief,
+    InvariantStart,
+    invariant_ekf,
+    left_jacobian,
+    moved,
+    predict,
+    step_of,
+    transition,
+)
 from robustnav.errors import InputError
 from robustnav.frames import (
     euler_from_quat,
@@ -59,6 +68,22 @@ def test_the_transition_is_the_derivative_of_the_step():
         slope = (ends[0] - ends[1]) / (2 * h)
         # J is the derivative at zero bias, and the Earth turns by 7e-6 within the step
         np.testing.assert_allclose(F[:, :6, k], slope, atol=2e-4 * max(1.0, np.abs(slope).max()))
+
+
+def test_what_a_step_adds_is_the_noise_of_the_sensors():
+    rng, m = np.random.default_rng(6), 20000
+    setup = replace(setup_of(FINE), gyro_density=1e-3, accel_density=2e-3)
+    step, one = step_of(setup), drawn(rng, 1)
+    belief = Belief(*(np.repeat(value, m, axis=0) for value in vars(one).values()))
+    row = np.hstack([[1.0, 0, 0, 0], [0.3, -0.2, -0.98], 0.1 * np.eye(3).ravel(), np.zeros(9)])
+    measured = np.tile(row, (m, 1))
+    measured[:, :4] = quat_from_rotvec(setup.gyro_density * np.sqrt(setup.period) * rng.normal(size=(m, 3)))
+    measured[:, 4:7] += setup.accel_density * np.sqrt(setup.period) * rng.normal(size=(m, 3))
+    _, q, v = transition(belief, np.tile(row, (m, 1)), step)
+    predict(belief, measured, step)
+    found, claimed = np.cov(error_of(q, v, belief.q, belief.v).T), belief.P[0, :6, :6]
+    np.testing.assert_allclose(claimed, found, atol=0.05 * np.abs(found).max())
+    assert np.abs(claimed[3:, :3]).max() > 0.3 * claimed[0, 0]
 
 
 @pytest.mark.parametrize("correction", CORRECTIONS)

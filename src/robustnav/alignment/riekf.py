@@ -97,7 +97,7 @@ def invariant_ekf(
     q, v, P = np.empty((m, n + 1, 4)), np.empty((m, n + 1, 3)), np.empty((m, n + 1, 3, 3))
     q[:, 0], v[:, 0], P[:, 0] = belief.q, belief.v, belief.P[:, THETA, THETA]
     for k in range(n):
-        _predict(belief, rows[:, k], step)
+        predict(belief, rows[:, k], step)
         _correct(belief, z[:, k], step, correction)
         q[:, k + 1], v[:, k + 1], P[:, k + 1] = belief.q, belief.v, belief.P[:, THETA, THETA]
     return InvariantRun(q, v, P)
@@ -155,7 +155,8 @@ def transition(belief: Belief, row: Array, step: Step) -> tuple[Array, Array, Ar
     return F, quat_normalize(q), v
 
 
-def _predict(belief: Belief, row: Array, step: Step) -> None:
+def predict(belief: Belief, row: Array, step: Step) -> None:
+    """Move ``belief`` by rows (m, 25) of increments; gyro noise turns the velocity estimate too."""
     F, belief.q, belief.v = transition(belief, row, step)
     P = F @ belief.P @ F.swapaxes(1, 2)
     V = skew(belief.v)
