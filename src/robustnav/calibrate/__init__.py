@@ -7,7 +7,8 @@ from robustnav.calibrate.pairs import Pairs
 from robustnav.calibrate.range_line import Fitted, RangeLine, fit_line
 from robustnav.calibrate.ranges import RangeCalibration, calibrate_ranges
 from robustnav.calibrate.robust import HUBER, LEAST_SQUARES, STUDENT_T, Loss
-from robustnav.calibrate.time_offset import OffsetOptions, TimeOffset, offset_of_positions, offset_of_ranges
+from robustnav.calibrate.time_offset import TimeOffset, offset_of_positions, offset_of_ranges
+from robustnav.calibrate.time_offset_fit import OffsetOptions
 
 __all__ = [
     "HUBER",
