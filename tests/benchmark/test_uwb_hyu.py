@@ -202,7 +202,7 @@ def command(capsys, *arguments):
 
 
 def test_the_command_prints_tables_or_one_document(folder, capsys, monkeypatch):
-    monkeypatch.setattr("robustnav.benchmark.uwb_methods.METHODS", {"perfect": perfect})
+    monkeypatch.setattr("robustnav.benchmark.hyu_methods.hyu_methods", lambda: {"perfect": perfect})
     shown = command(capsys, "uwb-hyu", str(folder))
     assert "published ls" in shown.out and "perfect" in shown.out and "authors' metric" in shown.err
     told = json.loads(command(capsys, "uwb-hyu", str(folder), "--json", "--quiet").out)
