@@ -31,10 +31,11 @@ def steady(model, filters):
     import numpy as np
 
     from robustnav.engine.filters import FilterSetup, SensorData
+    from robustnav.filter.weighting import Gate
 
     n = 1000
     t = 0.01 * np.arange(n)
-    setup = FilterSetup("ekf", model.nominal_state(), model.start_covariance(), np.full(len(model.sensors), np.inf))
+    setup = FilterSetup("ekf", model.nominal_state(), model.start_covariance(), (Gate(),) * len(model.sensors))
     data = [SensorData(t, np.tile([0.0, 0.0, -9.80665], (n, 1)))] + [None] * (len(model.sensors) - 1)
     out = filters(model, setup).run(t, np.zeros((n, 3)), data)
     if not (np.isfinite(out.x).all() and np.abs(out.x[-1] - model.nominal_state()).max() < 1e-6):
