@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from robustnav.alignment import AlignSetup, Increments
+from robustnav.alignment import AlignSetup
 from robustnav.earth import earth_rate_n
 from robustnav.frames import (
     matrix_from_quat,
@@ -19,6 +19,7 @@ from robustnav.frames import (
     rotate,
     skew,
 )
+from robustnav.strapdown import Increments
 from robustnav.units import DEG, DEG_PER_HOUR, DPS, MILLI_G
 
 FINE, COARSE = 0.01 * DEG_PER_HOUR, 0.01 * DPS
@@ -39,8 +40,7 @@ class Case:
     q_nb: np.ndarray
 
     def head(self, n: int) -> "Case":
-        rows = Increments(*(value[:n] for value in vars(self.increments).values()))
-        return Case(self.setup, rows, self.reference[:n], self.t[:n], self.q_nb[:n])
+        return Case(self.setup, self.increments.between(0, n), self.reference[:n], self.t[:n], self.q_nb[:n])
 
 
 def attitude(t: np.ndarray, heading: float) -> np.ndarray:
@@ -59,7 +59,7 @@ def increments_at_rest(setup: AlignSetup, q: np.ndarray, gyro_bias: np.ndarray, 
     H = -0.5 * T * skew(velocity)
     push = np.einsum("nij,nj->ni", J, accel_bias) + np.einsum("nij,nj->ni", H, gyro_bias)
     spin = quat_from_rotvec(np.einsum("nij,nj->ni", J, gyro_bias))
-    return Increments(quat_multiply(spin, rotation), velocity + push, J, H)
+    return Increments.of(quat_multiply(spin, rotation), velocity + push, (J, H), T)
 
 
 def markov(rng: np.random.Generator, n: int, period: float, sd: float, time: float) -> np.ndarray:
@@ -86,11 +86,11 @@ def make_case(setup: AlignSetup, seed: int, seconds: float, wind: str) -> Case:
     for sd, walk in ((setup.gyro_bias_sd, setup.gyro_bias_walk), (setup.accel_bias_sd, setup.accel_bias_walk)):
         biases.append(sd * rng.standard_normal(3) + walk * np.sqrt(T) * rng.standard_normal((n, 3)).cumsum(axis=0))
     exact = increments_at_rest(setup, q, *biases)
-    noisy = Increments(
+    noisy = Increments.of(
         quat_multiply(exact.rotation, quat_from_rotvec(setup.gyro_density * np.sqrt(T) * rng.standard_normal((n, 3)))),
         exact.velocity + setup.accel_density * np.sqrt(T) * rng.standard_normal((n, 3)),
-        exact.per_accel_bias,
-        exact.per_gyro_bias,
+        (exact.J, exact.H),
+        T,
     )
     reference = np.array([2.7, 2.0]) + setup.reference_sd * rng.standard_normal((n, 2))
     if wind in ("lines", "gusts"):

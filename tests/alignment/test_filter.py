@@ -22,7 +22,7 @@ from robustnav.alignment.filter import (
     wind_transition,
 )
 from robustnav.alignment.heading import answer
-from robustnav.alignment.increments import reading_rows
+from robustnav.alignment.readings import reading_rows
 from robustnav.alignment.setting import Wind
 from robustnav.engine import _kernel
 from robustnav.frames import matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply, rotvec_from_quat

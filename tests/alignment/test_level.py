@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robustnav.alignment.increments import reading_rows
+from robustnav.alignment.readings import reading_rows
 from robustnav.alignment.level import first_velocity, level_attitude, odd_limit, oddness
 from robustnav.frames import matrix_from_quat, quat_from_euler, quat_from_rotvec, quat_multiply
 from robustnav.units import DEG

@@ -110,19 +110,7 @@ def test_a_correction_moves_errors_as_it_says(correction, size):
 
 def runs_of(gyro_rms, wind, seconds, runs=6):
     cases = [make_case(setup_of(gyro_rms), 40 + k, seconds, wind) for k in range(runs)]
-    rows = np.array(
-        [
-            np.hstack(
-                [
-                    inc.rotation,
-                    inc.velocity,
-                    inc.per_accel_bias.reshape(-1, 9),
-                    inc.per_gyro_bias.reshape(-1, 9),
-                ]
-            )
-            for inc in (case.increments for case in cases)
-        ]
-    )
+    rows = np.array([case.increments.rows for case in cases])
     z = np.array([np.hstack([case.reference, np.zeros((len(case.t), 1))]) for case in cases])
     return cases, rows, z
 

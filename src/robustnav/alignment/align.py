@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robustnav.alignment.bank import Aligner
-from robustnav.alignment.increments import Increments, reading_rows
+from robustnav.alignment.readings import reading_rows
 from robustnav.alignment.setting import AlignSetup
 from robustnav.engine import _kernel
 from robustnav.errors import InputError
 from robustnav.frames import Array, quat_from_rotvec, quat_multiply, quat_normalize, wrap_angle
 from robustnav.records import BoolArray, check_time
+from robustnav.strapdown.increments import Increments
 from robustnav.units import ARCMIN
 
 BACKENDS = ("compiled", "compiled-float", "numpy")
@@ -77,7 +78,7 @@ def align(
 
     Parameters
     ----------
-    increments : (n) pre-integrated inertial readings.
+    increments : n of them, from ``strapdown.preintegrate``, of ``setup.period`` each.
     reference : (n, 2) velocity north and east at the end of each period [m/s]: base, wind and noise; NaN where missing.
     t : (n,) end of each period [s], ``setup.period`` apart.
     setup : place, sensors and noise.
@@ -85,7 +86,7 @@ def align(
 
     Raises
     ------
-    InputError : shapes, times that are not the period apart, an unknown backend.
+    InputError : shapes, increments of another length, times that are not the period apart, an unknown backend.
 
     Notes
     -----
@@ -95,6 +96,8 @@ def align(
     check_time(times, "alignment")
     if times.shape != (len(rows),):
         raise InputError("time of alignment", got=f"shape {times.shape}", expected=f"shape ({len(rows)},)")
+    if abs(increments.dt - setup.period) > 1e-6 * setup.period:
+        raise InputError("increments", got=f"{increments.dt} s each", expected=f"{setup.period} s, the setup's period")
     late = np.flatnonzero(np.abs(np.diff(times) - setup.period) > 0.01 * setup.period)
     if late.size:
         raise InputError(

@@ -90,6 +90,12 @@ class Increments:
     def __len__(self) -> int:
         return len(self.rows)
 
+    @classmethod
+    def of(cls, rotation: Array, velocity: Array, jacobians: tuple[Array, Array], dt: float) -> Increments:
+        """Return increments of parts: (n, 4), (n, 3), and J and H, each (n, 3, 3); errors as of the class."""
+        flat = [matrices.reshape(len(matrices), 9) for matrices in jacobians]
+        return cls(np.concatenate([rotation, velocity, *flat], axis=1), dt)
+
     @property
     def rotation(self) -> Array:
         """Attitude at the interval's end, from body axes there to those at its start (n, 4)."""

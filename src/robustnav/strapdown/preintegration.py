@@ -11,7 +11,7 @@ import numpy as np
 
 from robustnav.errors import InputError
 from robustnav.frames import Array, matrix_from_quat, quat_from_rotvec, quat_multiply, skew
-from robustnav.strapdown.increments import WIDTH, ImuSamples, Increments
+from robustnav.strapdown.increments import ImuSamples, Increments
 
 
 def preintegrate(samples: ImuSamples, every: int, history: Array | None = None) -> Increments:
@@ -43,8 +43,7 @@ def preintegrate(samples: ImuSamples, every: int, history: Array | None = None) 
         q = quat_multiply(q, quat_from_rotvec(angle[:, k]))
         C = matrix_from_quat(q)
         J += C * (dt / 2)
-    rows = np.concatenate([q, v, J.reshape(n, 9), H.reshape(n, 9)], axis=1)
-    return Increments(rows.reshape(n, WIDTH), dt * every)
+    return Increments.of(q, v, (J, H), dt * every)
 
 
 def corrected_samples(samples: ImuSamples, history: Array) -> tuple[Array, Array]:

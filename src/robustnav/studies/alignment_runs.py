@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robustnav.alignment import Alignment, Increments, align
+from robustnav.alignment import Alignment, align
 from robustnav.alignment.riekf import InvariantStart, invariant_ekf
 from robustnav.engine.filters import Output, SensorData
 from robustnav.engine.strapdown import preintegrate
@@ -147,9 +147,7 @@ def _invariant(data: list[AlignmentData]) -> dict[str, list[Followed]]:
 
 
 def _align(data: AlignmentData) -> Alignment:
-    inc = data.increments
-    increments = Increments(inc.rotation, inc.velocity, inc.J, inc.H)
-    return align(increments, data.velocity.values[:, :2], data.velocity.t, setup_of(data.scenario))
+    return align(data.increments, data.velocity.values[:, :2], data.velocity.t, setup_of(data.scenario))
 
 
 def _filter(data: AlignmentData, estimator: UKF | HInfinity) -> Output:
