@@ -15,7 +15,8 @@ from robustnav.filter.steps import pack, unpack
 from robustnav.frames import Array
 from robustnav.records import BoolArray
 from robustnav.run.loop import Start, stream
-from robustnav.run.tracking_task import RANGING, TrackingTask
+from robustnav.run.task import Task
+from robustnav.run.tracking_task import TrackingTask
 from robustnav.snapshot.window import DEGREES_OF_FREEDOM
 
 SAID = tuple(field.name for field in fields(SensorSeen))
@@ -34,7 +35,7 @@ class Way:
     seen: tuple[SensorSeen | None, ...]
 
     @classmethod
-    def follow(cls, task: TrackingTask, row: int, start: Start) -> Way:
+    def follow(cls, task: Task, row: int, start: Start) -> Way:
         """Run the filter from a start at ``row`` to the end; readings up to there are taken as used."""
         feed, P0 = task.feed, pack(start.P)
         running = stream(task.estimator, start, backend=task.backend)
@@ -205,7 +206,7 @@ def _foretold(task: TrackingTask, first: int, start: int, whole: tuple[Array, Ar
     return own
 
 
-def _same(task: TrackingTask, one: Way, two: Way) -> BoolArray:
+def _same(task: Task, one: Way, two: Way) -> BoolArray:
     """Return where (m,) two ways have come together."""
     slices, sd = task.estimator.model.error_slices, np.sqrt(np.diagonal(unpack(one.P), axis1=-2, axis2=-1))
     near = [
@@ -216,19 +217,32 @@ def _same(task: TrackingTask, one: Way, two: Way) -> BoolArray:
     return out
 
 
-def evidence(task: TrackingTask, row: int, way: Way) -> Array:
+def hear(
+    seen: Sequence[SensorSeen | None],
+    new: Sequence[SensorSeen | None],
+    times: Sequence[Array | None],
+    after: float,
+) -> None:
+    """Write into ``seen`` what readings, stamped ``times``, said later than ``after`` [s]."""
+    for at, mine, one in zip(times, seen, new, strict=True):
+        if at is None or mine is None or one is None:
+            continue
+        later = at > after
+        for name in SAID:
+            getattr(mine, name)[later] = getattr(one, name)[later]
+
+
+def evidence(task: Task, row: int, way: Way) -> Array:
     """Return the cost of the readings behind a row for a way, summed up to each of its rows (m,)."""
     t = task.feed.t[row:]
-    model = task.estimator.model
     out = np.zeros(len(t))
-    for name in RANGING:
-        j = model.sensor_index(name)
+    for j, share in task.news.items():
         one, data = way.seen[j], task.feed.sensors[j]
         if one is None or data is None:
             continue
         nu = DEGREES_OF_FREEDOM
-        cost = 0.5 * (nu + 1) * np.log1p(one.nis / nu) + 0.5 * np.log(one.s).sum(axis=1)
-        cost = cost * task.news[j]
+        cost = 0.5 * (nu + one.s.shape[1]) * np.log1p(one.nis / nu) + 0.5 * np.log(one.s).sum(axis=1)
+        cost = cost * share
         use = (data.t > t[0]) & (data.t <= t[-1]) & np.isfinite(cost)
         np.add.at(out, np.searchsorted(t, data.t[use]), cost[use])
     total: Array = np.cumsum(out)

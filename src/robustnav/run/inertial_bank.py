@@ -15,7 +15,7 @@ from robustnav.records import IntArray
 from robustnav.run.feed import Feed
 from robustnav.run.hypotheses import Way, evidence
 from robustnav.run.loop import Start
-from robustnav.run.tracking_task import TrackingTask
+from robustnav.run.task import Task
 
 HOPELESS = 40.0  # a filter whose readings cost this much more than the best one's is given up
 CHUNK = 2.0  # s that all filters are run for before they are compared
@@ -42,7 +42,7 @@ class Search:
     shares: Array
 
 
-def search(task: TrackingTask, row: int, starts: Sequence[Start], found_sd: float) -> Search:
+def search(task: Task, row: int, starts: Sequence[Start], found_sd: float) -> Search:
     """Follow filters from several starts at a row until their heading is known to ``found_sd`` [rad].
 
     Each is charged the Student-t cost of its readings; how likely it is follows from that, and with all of them the

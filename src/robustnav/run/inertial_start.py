@@ -17,8 +17,11 @@ from robustnav.frames import (
     rotate,
     skew,
 )
+from robustnav.model.blocks import Model
+from robustnav.records import IntArray
 from robustnav.run.acquisition import Acquisition
 from robustnav.run.loop import Start
+from robustnav.run.task import Task
 from robustnav.run.tracking_task import RANGING, TrackingTask
 from robustnav.snapshot.window import Minimum
 from robustnav.units import DEG
@@ -48,12 +51,27 @@ class InertialStart:
     acquisition: Acquisition = field(default_factory=Acquisition)
 
     def __post_init__(self) -> None:
-        if self.headings < 4:
-            raise InputError("inertial start headings", got=str(self.headings), expected="4 or more")
-        for name in ("average", "found_sd"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"inertial start {name}", got=str(value), expected="a number above zero")
+        check_start(self.headings, average=self.average, found_sd=self.found_sd)
+
+
+def check_start(headings: int, **positive: float) -> None:
+    """Raise ``InputError`` for fewer than four headings, or a number that is not above zero."""
+    if headings < 4:
+        raise InputError("inertial start headings", got=str(headings), expected="4 or more")
+    for name, value in positive.items():
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"inertial start {name}", got=str(value), expected="a number above zero")
+
+
+def turned_to_last(task: Task, rows: IntArray) -> Array:
+    """Return the specific force (m, 3) [m/s^2] of whole rows, turned by the gyro to the body axes of the last one."""
+    feed, names = task.feed, [b.name for b in task.estimator.model.inputs]
+    gyro, accel = (feed.u[rows, 3 * k : 3 * k + 3] for k in (names.index("gyro"), names.index("accel")))
+    steps = quat_from_rotvec(gyro[1:] * np.diff(feed.t[rows])[:, None])
+    to_last = np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1))
+    for k in range(len(steps) - 1, -1, -1):
+        to_last[k] = quat_multiply(to_last[k + 1], quat_conjugate(steps[k]))
+    return rotate(to_last, accel)
 
 
 @dataclass(frozen=True)
@@ -75,21 +93,15 @@ class Level:
         ------
         EstimatorError : no input there.
         """
-        feed, model = task.feed, task.estimator.model
+        feed = task.feed
         rows = np.flatnonzero(feed.whole[: row + 1] & (feed.t[: row + 1] >= feed.t[row] - seconds))
         if not rows.size:
             place = f"{seconds:g} s before {feed.t[row]:.3f} s"
             raise EstimatorError("no inertial reading to level on", place=place, expected="finite gyro and accel")
-        names = [b.name for b in model.inputs]
-        gyro, accel = (feed.u[rows, 3 * k : 3 * k + 3] for k in (names.index("gyro"), names.index("accel")))
-        steps = quat_from_rotvec(gyro[1:] * np.diff(feed.t[rows])[:, None])
-        to_last = np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1))
-        for k in range(len(steps) - 1, -1, -1):
-            to_last[k] = quat_multiply(to_last[k + 1], quat_conjugate(steps[k]))
-        turned = rotate(to_last, accel)
+        turned = turned_to_last(task, rows)
         f_b = np.median(turned, axis=0)
         spread = float(np.sqrt(np.mean(np.sum((turned - f_b) ** 2, axis=1))))
-        return cls(f_b, float(np.hypot(spread, np.linalg.norm(f_b) - model.parameters["gravity"])))
+        return cls(f_b, float(np.hypot(spread, np.linalg.norm(f_b) - task.estimator.model.parameters["gravity"])))
 
     def q_nb(self, yaw: float) -> Array:
         """Return the attitude (4,) at a heading [rad] if the carrier were at rest."""
@@ -113,7 +125,7 @@ def heading_starts(task: TrackingTask, row: int, found: Minimum, settings: Inert
 def _start(task: TrackingTask, found: Minimum, level: Level, lever_b: Array, yaw: float, yaw_sd: float) -> Start:
     model, settings = task.estimator.model, task.settings
     gravity, part = model.parameters["gravity"], model.error_slices
-    turn, place, bias = (part[name] for name in ("q_nb", "p_n", "accel_bias"))
+    turn, place = part["q_nb"], part["p_n"]
     x, q_nb = model.nominal_state(), level.q_nb(yaw)
     C_nb = matrix_from_quat(q_nb)
     x[model.state_slices["q_nb"]] = q_nb
@@ -124,11 +136,22 @@ def _start(task: TrackingTask, found: Minimum, level: Level, lever_b: Array, yaw
     tilt_sd = min(level.unsteady / gravity, _MOST_TILT)
     Z[turn, turn] = np.diag([tilt_sd, tilt_sd, yaw_sd]) ** 2
     tilted = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]) @ C_nb / gravity  # by the bias
+    return Start(x, correlated(model, Z, tilted, C_nb @ lever_b))
+
+
+def correlated(model: Model, Z: Array, tilted: Array, lever_n: Array) -> Array:
+    """Return the covariance (ne, ne) of a start's errors ``e = M z`` of those ``z`` with covariance ``Z``.
+
+    The accelerometer's bias turns the attitude by ``tilted`` (3, 3) [rad per m/s^2], the attitude moves the place by
+    the lever arm ``lever_n`` (3,) [m].
+    """
+    turn, place, bias = (model.error_slices[name] for name in ("q_nb", "p_n", "accel_bias"))
     M = np.eye(len(Z))
     M[turn, bias] = tilted
-    M[place, turn] = skew(C_nb @ lever_b)
-    M[place, bias] = skew(C_nb @ lever_b) @ tilted
-    return Start(x, M @ Z @ M.T)
+    M[place, turn] = skew(lever_n)
+    M[place, bias] = skew(lever_n) @ tilted
+    out: Array = M @ Z @ M.T
+    return out
 
 
 def _lever(task: TrackingTask) -> Array:

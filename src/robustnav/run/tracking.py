@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import SensorSeen
+from robustnav.errors import InputError
 from robustnav.filter.steps import unpack
 from robustnav.filter.weighting import Rule
 from robustnav.model.blocks import Model
-from robustnav.records import Log, Run, Stream
+from robustnav.records import Log, Run
 from robustnav.run.acquisition import BETTER, REFUSED_NIS, Acquisition, lost_at, places, rivals, track_cost
 from robustnav.run.estimators import EKF, UKF
 from robustnav.run.feed import broken, deviations, events_of, innovations_of, settings_of
-from robustnav.run.hypotheses import SAID, Leg, smoothed
+from robustnav.run.hypotheses import Leg, hear, smoothed
 from robustnav.run.loop import Start
 from robustnav.run.tracking_task import RANGING, Readings, Source, TrackingTask
 from robustnav.snapshot.window import Minimum
@@ -74,9 +74,12 @@ def track(
     InputError : a model that follows no tag, readings of several tags, or a height in a plane.
     EstimatorError : no window of readings tells a position.
     """
+    model = estimator.model
+    if not {"p_n", "v_n"} <= set(model.state_slices) or model.rotation is not None:
+        raise InputError(f"model {model.name!r}", expected="a model of models.uwb", do="use run for other models")
     source = Source(readings, log, height)
     task = TrackingTask.of(estimator, source, acquisition or Acquisition(), backend)
-    course = _Course(task, [], [], _nothing_said(task))
+    course = _Course(task, [], [], task.nothing_said())
     row, found = task.first_place()
     course.events.append(f"started at {task.feed.t[row]:.2f} s, sd {_size(found[0]):.2f} m")
     course.set_out(row, found)
@@ -126,12 +129,7 @@ class _Course:
             self.legs[-1].stop = leg.row
         self.legs.append(leg)
         times = [None if d is None else d.t for d in self.task.feed.sensors]
-        for at, mine, new in zip(times, self.seen, leg.said(t, times), strict=True):
-            if at is None or mine is None or new is None:
-                continue
-            later = at > t[leg.row]
-            for name in SAID:
-                getattr(mine, name)[later] = getattr(new, name)[later]
+        hear(self.seen, leg.said(t, times), times, t[leg.row])
 
     def _lost(self, leg: Leg, before: int | None) -> tuple[int, list[Minimum]] | None:
         """Return the next row, up to one, at which the filter is lost and readings tell a better place, or None."""
@@ -192,12 +190,6 @@ class _Course:
         return out
 
 
-def _nothing_said(task: TrackingTask) -> list[SensorSeen | None]:
-    model = task.estimator.model
-    rows = [s.size for s in model.sensors] if task.estimator.name == "ukf" else functions_of(model).rows
-    return [SensorSeen.empty(len(d.t), m) if d else None for d, m in zip(task.feed.sensors, rows, strict=True)]
-
-
 def _run(course: _Course, *, smooth: bool, max_gap: float) -> Run:
     task, legs = course.task, course.legs
     model, feed, first = task.estimator.model, task.feed, legs[0].row
@@ -209,7 +201,7 @@ def _run(course: _Course, *, smooth: bool, max_gap: float) -> Run:
     gaps = np.flatnonzero(np.diff(task.events.t) > max_gap)[:20]
     silence = [f"no ranges from {task.events.t[k]:.2f} to {task.events.t[k + 1]:.2f} s" for k in gaps]
     followed = replace(feed, t=feed.t[first + 1 :], u=feed.u[first + 1 :])
-    words = (*course.words(), *silence, *events_of(model, _heard(task), feed, np.inf))
+    words = (*course.words(), *silence, *events_of(model, task.with_silent(), feed, np.inf))
     words += broken(model, followed, course.seen)
     return Run(
         estimator=task.estimator.name + ("-rts" if smooth else ""),
@@ -221,13 +213,6 @@ def _run(course: _Course, *, smooth: bool, max_gap: float) -> Run:
         events=words,
         settings=settings_of(model, task.backend) | {"acquisition window [s]": task.tau},
     )
-
-
-def _heard(task: TrackingTask) -> Log:
-    """Return the log with an empty stream for each sensor it does not have: a tag needs only one of them."""
-    model = task.estimator.model
-    none = {s.name: Stream(s.name, np.zeros(0), np.zeros((0, s.width)), s.unit, "a") for s in model.sensors}
-    return replace(task.log, streams={**none, **task.log.streams})
 
 
 def _size(found: Minimum) -> float:

@@ -17,6 +17,7 @@ from robustnav.run.acquisition import Acquisition, Events, news_of, places, span
 from robustnav.run.estimators import EKF, UKF
 from robustnav.run.feed import Feed, feed_of
 from robustnav.run.loop import Start
+from robustnav.run.task import Task
 from robustnav.snapshot.window import Minimum
 
 Readings = Ranges | RangeDifferences
@@ -56,23 +57,18 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class TrackingTask:
-    """What stays the same while a recording is followed.
+class TrackingTask(Task):
+    """A task with ranges or differences of one tag.
 
     ``order`` sorts the sensors' readings, one sensor after the other, as ``events``; ``tau`` is the window of readings
-    that are used together [s]; ``news``, by sensor, what share of each reading is news.
+    that are used together [s].
     """
 
-    estimator: EKF | UKF
-    log: Log
-    feed: Feed
     events: Events
     order: IntArray
     settings: Acquisition
     tau: float
     plane: Plane
-    news: dict[int, Array]
-    backend: str
 
     @classmethod
     def of(cls, estimator: EKF | UKF, source: Source, settings: Acquisition, backend: str) -> TrackingTask:
@@ -80,34 +76,39 @@ class TrackingTask:
 
         Raises
         ------
-        InputError : a model that follows no tag, readings of several tags, or a height in a plane.
+        InputError : readings of several tags, none at all, or a height in a plane.
         """
-        model = estimator.model
-        if not {"p_n", "v_n"} <= set(model.state_slices) or model.rotation is not None:
-            raise InputError(f"model {model.name!r}", expected="a model of models.uwb", do="use run for other models")
-        streams, parts = dict(source.log.streams) if source.log is not None else {}, []
-        tables = source.tables()
+        model, tables = estimator.model, source.tables()
+        log = source.log if source.log is not None else Log({}, "ranges")
+        streams, parts, news = dict(log.streams), [], {}
         for one in tables:
             name = RANGING[isinstance(one, RangeDifferences)]
             if len(one.tags) > 1 or name in streams or not len(one):
                 got = f"{len(one.tags)} tags, {len(one)} readings"
                 raise InputError(f"{name} readings", got=got, expected="one table of a kind, of one tag, not empty")
-            slots = model.state_slices.get("range_bias", slice(0, 0))
-            streams[name] = one.stream(name, slots=slots.stop - slots.start)
+            streams[name] = _stream(model, one, name)
             parts.append(Events.of(one, window_sd(model, name)))
+            news[model.sensor_index(name)] = news_of(one)
         if not parts:
             raise InputError("readings", got="none", expected="ranges or range differences")
         events = Events.joined(parts, _down(model, source.height))
         if source.height is not None:
             at = np.arange(events.t[0], events.t[-1], _HEIGHT_EVERY)
             streams["height"] = Stream("height", at, np.full((len(at), 1), source.height), "m", "n")
-        log = replace(source.log, streams=streams) if source.log is not None else Log(streams, "ranges")
-        order = np.argsort(np.concatenate([p.t for p in parts]), kind="stable")
-        plane = Plane.of(np.unique(np.vstack([one.anchors.p_a for one in tables]), axis=0))
-        tau = span(events, settings)
-        news = {model.sensor_index(RANGING[isinstance(one, RangeDifferences)]): news_of(one) for one in tables}
-        feed = _with_pauses(feed_of(model, log), estimator.longest_step if isinstance(estimator, EKF) else np.inf)
-        return cls(estimator, log, feed, events, order, settings, tau, plane, news, backend)
+        log = replace(log, streams=streams)
+        longest = estimator.longest_step if isinstance(estimator, EKF) else np.inf
+        return cls(
+            estimator=estimator,
+            log=log,
+            feed=_with_pauses(feed_of(model, log), longest),
+            news=news,
+            backend=backend,
+            events=events,
+            order=np.argsort(np.concatenate([p.t for p in parts]), kind="stable"),
+            settings=settings,
+            tau=span(events, settings),
+            plane=Plane.of(np.unique(np.vstack([one.anchors.p_a for one in tables]), axis=0)),
+        )
 
     def first_place(self) -> tuple[int, list[Minimum]]:
         """Return the first row at which readings tell a position, and the places it may be.
@@ -182,6 +183,12 @@ class TrackingTask:
         """Return the velocity (3,) of a state."""
         v = x[self.estimator.model.state_slices["v_n"]]
         return np.append(v, np.zeros(3 - len(v)))
+
+
+def _stream(model: Model, readings: Readings, name: str) -> Stream:
+    known = {k.name: k for k in model.sensors[model.sensor_index(name)].known}
+    slots = known[f"{name}_slot"].size if f"{name}_slot" in known else 0
+    return readings.stream(name, slots=slots, lever=f"{name}_lever_b" in known)
 
 
 def _with_pauses(feed: Feed, longest: float) -> Feed:
