@@ -16,8 +16,16 @@ from robustnav.frames import (
 )
 from robustnav.logs.cells import Cells, block, check_order, check_unit, split
 from robustnav.logs.files import read_text, unusable
-from robustnav.logs.layout import SENSOR_UNITS
-from robustnav.logs.mapping import FACTORS, AttitudeColumns, Mapping, SensorColumns, TimeColumn, load_mapping
+from robustnav.logs.layout import SENSOR_FRAMES, SENSOR_UNITS
+from robustnav.logs.mapping import (
+    FACTORS,
+    AttitudeColumns,
+    Mapping,
+    SensorColumns,
+    TimeColumn,
+    VelocityColumns,
+    load_mapping,
+)
 from robustnav.records import Array, Log, Stream, Truth
 
 LONGEST = 9e9  # s, what 64 bits of nanoseconds hold
@@ -37,8 +45,10 @@ def read_foreign(path: Path, mapping_path: Path) -> Log:
     cells = split(path, text, delimiter=mapping.delimiter, skip_lines=mapping.skip_lines)
     t, origin = _time(cells, mapping.time)
     streams = [_stream(cells, t, name, sensor) for name, sensor in mapping.sensors().items()]
+    if mapping.velocity is not None:
+        streams.append(_velocity(cells, t, mapping.velocity))
     if not streams:
-        raise unusable(mapping_path, "no sensor", "[gyro], [accel] or [mag]")
+        raise unusable(mapping_path, "no sensor", "[gyro], [accel], [mag] or [velocity]")
     attitude = mapping.attitude
     states = _attitude(cells, t, attitude) if attitude else None
     return Log(
@@ -78,6 +88,14 @@ def _stream(cells: Cells, t: Array, name: str, sensor: SensorColumns) -> Stream:
     return Stream(name, t[there], frd_from_flu(values) if sensor.frame == "FLU" else values, SENSOR_UNITS[name])
 
 
+def _velocity(cells: Cells, t: Array, velocity: VelocityColumns) -> Stream:
+    values, there = block(cells, velocity.columns)
+    values = values * FACTORS["velocity"][velocity.unit]
+    if velocity.frame == "ENU":
+        values = values[:, [1, 0, 2][: values.shape[1]]] * [1, 1, -1][: values.shape[1]]
+    return Stream("velocity", t[there], values, SENSOR_UNITS["velocity"], SENSOR_FRAMES["velocity"])
+
+
 def _attitude(cells: Cells, t: Array, attitude: AttitudeColumns) -> Truth:
     q, there = block(cells, attitude.columns)
     check_unit(cells, q, there, attitude.columns[0])
@@ -90,6 +108,8 @@ def _attitude(cells: Cells, t: Array, attitude: AttitudeColumns) -> Truth:
 
 def _conventions(mapping: Mapping) -> tuple[str, ...]:
     lines = [f"{name}: {s.frame}, {s.unit}, sign {s.sign:+d}" for name, s in mapping.sensors().items()]
+    if v := mapping.velocity:
+        lines.append(f"velocity: {v.frame}, {v.unit}")
     if a := mapping.attitude:
         lines.append(f"attitude: {a.body} to {a.world}, {a.order}, {a.direction}, {a.north} north")
     return tuple(lines)
@@ -97,5 +117,6 @@ def _conventions(mapping: Mapping) -> tuple[str, ...]:
 
 def _used(mapping: Mapping) -> set[str]:
     used = {name for sensor in mapping.sensors().values() for name in sensor.columns}
-    used |= set(mapping.attitude.columns) if mapping.attitude else set()
+    for part in (mapping.velocity, mapping.attitude):
+        used |= set(part.columns) if part else set()
     return used | ({mapping.time.column} if mapping.time.column else set())

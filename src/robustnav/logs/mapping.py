@@ -19,6 +19,10 @@
     columns = ["mx", "my", "mz"]
     unit = "uT"                         # T, uT, nT, G, mG
     frame = "FLU"
+    [velocity]                          # measured from outside: GNSS, a log at a mooring
+    columns = ["ve", "vn"]              # two horizontal ones, or three
+    unit = "kn"                         # m/s, km/h, kn
+    frame = "ENU"                       # NED, ENU: the order of the columns above
     [attitude]
     columns = ["qw", "qx", "qy", "qz"]
     order = "wxyz"                      # wxyz, xyzw: the order of the columns above
@@ -39,12 +43,23 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from robustnav.logs.files import read_text, unusable
-from robustnav.units import DPS, GAUSS, MICRO_TESLA, MILLI_G, MILLI_GAUSS, NANO_TESLA, STANDARD_GRAVITY
+from robustnav.units import (
+    DPS,
+    GAUSS,
+    KILOMETRE_PER_HOUR,
+    KNOT,
+    MICRO_TESLA,
+    MILLI_G,
+    MILLI_GAUSS,
+    NANO_TESLA,
+    STANDARD_GRAVITY,
+)
 
 FACTORS = {
     "gyro": {"rad/s": 1.0, "deg/s": DPS, "mrad/s": 1e-3},
     "accel": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": MILLI_G},
     "mag": {"T": 1.0, "uT": MICRO_TESLA, "nT": NANO_TESLA, "G": GAUSS, "mG": MILLI_GAUSS},
+    "velocity": {"m/s": 1.0, "km/h": KILOMETRE_PER_HOUR, "kn": KNOT},
 }
 Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
 
@@ -76,6 +91,14 @@ class SensorColumns(_Table):
     sign: Literal[1, -1] = 1
 
 
+class VelocityColumns(_Table):
+    """Two or three columns of a velocity against the ground, their unit and frame."""
+
+    columns: Annotated[tuple[str, ...], Field(min_length=2, max_length=3)]
+    unit: str
+    frame: Literal["NED", "ENU"]
+
+
 class AttitudeColumns(_Table):
     """Four columns of an attitude and everything its convention leaves open."""
 
@@ -96,26 +119,28 @@ class Mapping(_Table):
     gyro: SensorColumns | None = None
     accel: SensorColumns | None = None
     mag: SensorColumns | None = None
+    velocity: VelocityColumns | None = None
     attitude: AttitudeColumns | None = None
     delimiter: Annotated[str, Field(pattern=r"^[,;\t |]$")] = ","
     skip_lines: Annotated[int, Field(ge=0, le=1000)] = 0
 
     @model_validator(mode="after")
     def _known_units(self) -> Mapping:
-        for name, sensor in self.sensors().items():
+        parts = self.sensors() | ({"velocity": self.velocity} if self.velocity else {})
+        for name, sensor in parts.items():
             if sensor.unit not in FACTORS[name]:
                 raise ValueError(f"{name}.unit {sensor.unit!r}: one of {', '.join(FACTORS[name])}")
         return self
 
     def sensors(self) -> dict[str, SensorColumns]:
-        """Return the sensors the mapping names."""
+        """Return the sensors on the body that the mapping names."""
         parts = {"gyro": self.gyro, "accel": self.accel, "mag": self.mag}
         return {name: part for name, part in parts.items() if part is not None}
 
 
 def load_mapping(path: Path) -> Mapping:
     """Return the mapping in a TOML file; raise ``InputError`` naming all its mistakes at once."""
-    expected = "a mapping: [time], and [gyro] [accel] [mag] [attitude] as far as the table has them"
+    expected = "a mapping: [time], and [gyro] [accel] [mag] [velocity] [attitude] as far as the table has them"
     text = read_text(path, expected)
     try:
         return Mapping.model_validate(tomllib.loads(text))

@@ -13,6 +13,7 @@ from robustnav.logs.files import read_text, unusable
 from robustnav.logs.layout import (
     MOVING,
     ROLES,
+    SENSOR_FRAMES,
     SENSOR_UNITS,
     TIME,
     TITLE,
@@ -22,7 +23,7 @@ from robustnav.logs.layout import (
 )
 from robustnav.records import Array, Log, Stream, Truth
 
-EXPECTED = "a table with t_s first and the unit in every column name, such as gyro_x_rad_s"
+EXPECTED = "a table with t_s first and the unit in every column name, such as gyro_x_rad_s or velocity_north_m_s"
 NO_MAPPING = "give a mapping in TOML that names columns, units and frames; nothing is guessed"
 
 
@@ -108,7 +109,8 @@ def _streams(cells: Cells, t: Array, frames: Mapping[str, object]) -> list[Strea
     streams = []
     for (stream, unit), width in widths.items():
         values, there = block(cells, column_names(stream, unit, width))
-        streams.append(Stream(stream, t[there], values, unit, str(frames.get(stream, "b"))))
+        frame = frames.get(stream, SENSOR_FRAMES.get(stream, "b"))
+        streams.append(Stream(stream, t[there], values, unit, str(frame)))
     return streams
 
 

@@ -12,7 +12,19 @@ import numpy as np
 
 from robustnav.errors import InputError
 from robustnav.files import write_whole
-from robustnav.logs.layout import MOVING, RESERVED, ROLES, TIME, TITLE, UNITS, column_names, parse_column, state_columns
+from robustnav.logs.layout import (
+    MOVING,
+    RESERVED,
+    ROLES,
+    SENSOR_FRAMES,
+    SENSOR_UNITS,
+    TIME,
+    TITLE,
+    UNITS,
+    column_names,
+    parse_column,
+    state_columns,
+)
 from robustnav.records import Array, Log, Stream, Truth
 
 
@@ -48,11 +60,13 @@ def _stream_block(stream: Stream) -> _Block:
     width = stream.values.shape[1]
     names = column_names(stream.name, stream.unit, width) if stream.unit in UNITS else []
     columns = [parse_column(name) for name in names]
-    if RESERVED.fullmatch(stream.name) or any(c is None or c.stream != stream.name for c in columns) or not names:
+    named = len(names) == width and all(c is not None and c.stream == stream.name for c in columns)
+    told = (SENSOR_UNITS.get(stream.name, stream.unit), SENSOR_FRAMES.get(stream.name, stream.frame))
+    if RESERVED.fullmatch(stream.name) or not named or told != (stream.unit, stream.frame):
         raise InputError(
             f"a table cannot hold stream {stream.name!r}",
-            got=f"{width} columns in {stream.unit!r}",
-            expected=f"a name in small letters, not reserved, and a unit of {', '.join(UNITS)}",
+            got=f"{width} columns in {stream.unit!r}, frame {stream.frame!r}",
+            expected=f"a name in small letters, not reserved, that fits unit and frame; a unit of {', '.join(UNITS)}",
             do="rename or convert the stream, or leave it out",
         )
     return _Block(names, stream.t, stream.values)
