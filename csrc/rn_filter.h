@@ -31,8 +31,8 @@ int RN(ukf_scratch)(const RN(model) * m);
 int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real *P, const real *u, const real *q,
                     const real *p, real dt, real *scratch);
 
-/* Unscented update, all or nothing like the extended one: refused if the rule says so, nis is not finite, or P or S is not
- * positive definite. */
+/* Unscented update, all or nothing like the extended one: refused if the rule says so, nis is not finite, or S or P is not
+ * positive definite, P as far as the errors that the sensor sees: the next prediction looks at all of it. */
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
                     real variance, RN(rule) rule, const real *p, RN(seen) * seen, real *scratch);
 

@@ -48,6 +48,15 @@ typedef double real;
 #define RN_INLINE static inline
 #endif
 
+/* A long function around one loop over an array, which is worth vectorising even where the build says that none is. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define RN_VECTORISED static __attribute__((optimize("tree-loop-vectorize"), unused))
+#elif defined(__GNUC__)
+#define RN_VECTORISED static __attribute__((unused))
+#else
+#define RN_VECTORISED static
+#endif
+
 /* An angle taken into [-pi, pi). */
 RN_INLINE real rn_wrap(real angle)
 {

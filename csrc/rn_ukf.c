@@ -1,153 +1,190 @@
-/* Unscented steps on the error state: points are x [+] e, so quaternions stay unit and means need no iteration. */
+/* Unscented steps on the error state: points are x [+] e in pairs +-e, so quaternions stay unit and means need no
+ * iteration.
+ *
+ * The offsets e are a triangle: pair i leaves the errors before i alone.  So a sensor's points end with the last error that it
+ * sees, the others predict what the centre does; and errors that a step leaves alone keep their covariance.  A pair counts
+ * as half the difference of what its points became (odd) and half the sum (even): 1 / spread is the weight of either. */
 #include "rn_filter.h"
 
 #include <string.h>
 
-static int points_of(const RN(model) * m) { return 2 * m->ne + 1; }
+enum { BLOCK = 4 }; /* sums made side by side: they fill the pipelines, and share what is read */
 
 int RN(ukf_scratch)(const RN(model) * m)
 {
-    const int n = m->ne, points = points_of(m);
-    return points * (m->nx + n + RN_MAX_ROWS) + RN_PACKED(n) + 2 * n * n + n * RN_MAX_ROWS;
+    const int n = m->ne, predict = RN_PACKED(n) + 3 * n * n, update = n * n + 3 * n * RN_MAX_ROWS;
+    return predict > update ? predict : update;
 }
 
-/* P = U'U, U upper by packed rows; returns 1 if P is not positive definite. */
-static int factor(const real *P, real *U, int n)
+/* sum[b] = sum over k < count of weight[k step] v[k along + b across], for the first `width` <= BLOCK b; the rest repeats. */
+RN_INLINE void combine(const real *weight, int step, const real *v, int along, int across, int width, int count, real *sum)
 {
-    memcpy(U, P, (size_t)RN_PACKED(n) * sizeof(real));
-    real *row = U;
-    for (int i = 0; i < n; i++) {
-        if (!(row[0] > R(0.0))) return 1;
-        const real pivot = rn_sqrt(row[0]), inverse = R(1.0) / pivot;
-        row[0] = pivot;
-        for (int j = 1; j < n - i; j++) row[j] *= inverse;
-        real *below = row + (n - i);
-        for (int j = 1; j < n - i; j++) {
-            for (int k = j; k < n - i; k++) *below++ -= row[j] * row[k];
+    const real *v1 = width > 1 ? v + across : v, *v2 = width > 2 ? v1 + across : v1, *v3 = width > 3 ? v2 + across : v2;
+    real s0 = R(0.0), s1 = R(0.0), s2 = R(0.0), s3 = R(0.0);
+    for (int k = 0; k < count; k++) {
+        const real one = weight[k * step];
+        s0 += one * v[k * along];
+        s1 += one * v1[k * along];
+        s2 += one * v2[k * along];
+        s3 += one * v3[k * along];
+    }
+    sum[0] = s0;
+    sum[1] = s1;
+    sum[2] = s2;
+    sum[3] = s3;
+}
+
+/* The first `pairs` rows of sqrt(spread) U, where P = U'U and U is upper, by full rows of n.  Returns 1 if P is not positive
+ * definite as far as these rows tell.  Divides before it takes roots, which then do not wait for each other. */
+static int offsets_of(const real *P, real spread, int pairs, int n, real *offsets)
+{
+    real inverse[RN_MAX_STATE], share[RN_MAX_STATE], sum[BLOCK];
+    for (int i = 0; i < pairs; i++) {
+        real *row = offsets + i * n;
+        for (int k = 0; k < i; k++) share[k] = offsets[k * n + i] * inverse[k];
+        for (int j = i; j < n; j += BLOCK) {
+            const int width = n - j < BLOCK ? n - j : BLOCK;
+            combine(share, 1, offsets + j, n, 1, width, i, sum);
+            for (int b = 0; b < width; b++) row[j + b] = *P++ - sum[b];
         }
-        row += n - i;
+        inverse[i] = R(1.0) / row[i];
+        if (!(inverse[i] > R(0.0) && inverse[i] < (real)INFINITY)) return 1;
+    }
+    for (int i = 0; i < pairs; i++) {
+        real *row = offsets + i * n;
+        const real scale = rn_sqrt(spread * inverse[i]);
+        for (int j = 0; j < i; j++) row[j] = R(0.0);
+        for (int j = i; j < n; j++) row[j] *= scale;
     }
     return 0;
 }
 
-/* Fill the points x [+] +-sqrt(spread) U_i, the centre first. */
-static int place(const RN(model) * m, real spread, const real *x, const real *P, real *points, real *U)
+/* Columns [from, to) of the first `rows` rows of packed P += scale V V', where V[i, k] = v[i across + k along], k < count. */
+static void add_products(real *P, int n, int rows, int from, int to, real scale, const real *v, int across, int along,
+                         int count)
 {
-    const int n = m->ne, nx = m->nx;
-    if (factor(P, U, n)) return 1;
-    const real reach = rn_sqrt(spread);
-    real e[RN_MAX_STATE];
-    const real *row = U;
-    memcpy(points, x, (size_t)nx * sizeof(real));
-    for (int i = 0; i < n; i++) {
-        for (int side = 0; side < 2; side++) {
-            real *point = points + (1 + 2 * i + side) * nx;
-            for (int j = 0; j < n; j++) e[j] = j < i ? R(0.0) : (side ? -reach : reach) * row[j - i];
-            memcpy(point, x, (size_t)nx * sizeof(real));
-            m->inject(point, e);
+    real sum[BLOCK];
+    for (int i = 0; i < rows; i++) {
+        for (int j = i > from ? i : from; j < to; j += BLOCK) {
+            const int width = to - j < BLOCK ? to - j : BLOCK;
+            combine(v + i * across, along, v + j * across, along, across, width, count, sum);
+            for (int b = 0; b < width; b++) P[j + b - i] += scale * sum[b];
         }
-        row += n - i;
+        P += n - i;
     }
-    return 0;
+}
+
+/* Pairs of n columns (+, -) made halves of differences and sums, less the mean of the sums; the first `rows` rows. */
+static void split(real *e, int rows, int n, real pair, real *mean)
+{
+    for (int j = 0; j < rows; j++) {
+        real *odd = e + j * 2 * n, *even = odd + n, sum = R(0.0);
+        for (int i = 0; i < n; i++) {
+            const real plus = R(0.5) * odd[i], minus = R(0.5) * even[i];
+            odd[i] = plus - minus;
+            even[i] = plus + minus;
+            sum += even[i];
+        }
+        mean[j] = pair * sum;
+        for (int i = 0; i < n; i++) even[i] -= mean[j];
+    }
 }
 
 int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real *P, const real *u, const real *q,
                     const real *p, real dt, real *scratch)
 {
-    const int n = m->ne, nx = m->nx, count = points_of(m);
-    real *points = scratch, *errors = points + count * nx, *U = errors + count * n, *F = U + RN_PACKED(n),
-         *Q = F + n * n;
-    if (place(m, w->spread, x, P, points, U)) return 1;
-    m->transition(x, u, q, p, dt, F, Q);
-    const real weight = R(0.5) / w->spread;
-    real mean[RN_MAX_STATE];
-    for (int i = 0; i < n; i++) mean[i] = R(0.0);
-    for (int k = 0; k < count; k++) {
-        real *e = errors + k * n;
-        m->propagate(points + k * nx, u, p, dt);
-        m->difference(points + k * nx, points, e);
-        for (int i = 0; i < n; i++) mean[i] += (k ? weight : w->mean_centre) * e[i];
-    }
-    for (int i = 0, k = 0; i < n; i++) {
-        for (int j = i; j < n; j++) P[k++] = Q[i * n + j];
-    }
-    for (int k = 0; k < count; k++) {
-        const real *e = errors + k * n;
-        const real scale = k ? weight : w->cov_centre;
-        for (int i = 0, at = 0; i < n; i++) {
-            const real d = scale * (e[i] - mean[i]);
-            for (int j = i; j < n; j++) P[at++] += d * (e[j] - mean[j]);
+    const int n = m->ne, nx = m->nx, moving = m->moving, moved = RN_PACKED(n) - RN_PACKED(n - moving);
+    const real pair = R(1.0) / w->spread;
+    real *Q = scratch, *e = Q + RN_PACKED(n), *offsets = e + 2 * n * n;
+    real centre[RN_MAX_STATE + 1], mean[RN_MAX_STATE] = {R(0.0)};
+    if (offsets_of(P, w->spread, n, n, offsets)) return 1;
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < n; i++) {
+            e[j * 2 * n + i] = offsets[i * n + j];
+            e[j * 2 * n + n + i] = -offsets[i * n + j];
         }
     }
-    memcpy(x, points, (size_t)nx * sizeof(real));
+    m->noise(x, u, q, p, dt, Q);
+    memcpy(centre, x, (size_t)nx * sizeof(real));
+    m->propagate(centre, u, p, dt);
+    m->carry(x, centre, u, p, dt, e);
+    split(e, moving, n, pair, mean);
+    memcpy(P, Q, (size_t)moved * sizeof(real));
+    for (int k = moved; k < RN_PACKED(n); k++) P[k] += Q[k];
+    add_products(P, n, moving, 0, moving, pair, e, 2 * n, 1, 2 * n);
+    add_products(P, n, moving, moving, n, pair, e, 2 * n, 1, n); /* the others have no even part */
+    add_products(P, n, moving, 0, moving, w->cov_centre, mean, 1, 1, 1);
+    memcpy(x, centre, (size_t)nx * sizeof(real));
     m->inject(x, mean);
     return 0;
 }
 
-/* Means and spreads of the prediction over the points: nu, S (rows x rows, upper used) and C = cov(e, h).
+/* r = z - h(x [+] side e), for what a sensor sees of x */
+static void innovation(const RN(model) * m, const RN(sensor) * one, const real *x, const real *offset, real side,
+                       const real *z, const real *p, real *r)
+{
+    real e[RN_MAX_STATE], point[RN_MAX_STATE + 1];
+    for (int j = 0; j < m->ne; j++) e[j] = side * offset[j];
+    memcpy(point, x, (size_t)m->nx * sizeof(real));
+    m->inject(point, e);
+    one->innovation(point, z, p, r);
+}
+
+/* What the points say of a reading: nu, S (rows x rows, upper used) added to, and C = cov(h, e), rows x n.
  *
  * All in the sensor's own axes, as distances below the centre's prediction: angles do not wrap there, and what the sensor
  * happened to read says nothing of how the prediction varies. */
-static void spread_of_prediction(const RN(model) * m, const RN(unscented) * w, int sensor, const real *z, const real *p,
-                                 const real *points, const real *U, real *below, real *nu, real *S, real *C)
+static void spread_of_prediction(const RN(model) * m, const RN(unscented) * w, int sensor, const real *x, const real *z,
+                                 const real *p, const real *offsets, real *below, real *nu, real *S, real *C)
 {
     const RN(sensor) *one = &m->sensors[sensor];
-    const int n = m->ne, nx = m->nx, count = points_of(m), rows = one->size;
-    const real weight = R(0.5) / w->spread, reach = rn_sqrt(w->spread);
-    real centre[RN_MAX_READING], mean[RN_MAX_ROWS];
-    one->measure(points, z, p, centre);
+    const int n = m->ne, pairs = one->sees, rows = one->size;
+    const real pair = R(1.0) / w->spread;
+    real centre[RN_MAX_READING], r[RN_MAX_ROWS], mean[RN_MAX_ROWS], sum[BLOCK];
+    one->measure(x, z, p, centre);
     for (int a = rows; a < one->width; a++) centre[a] = z[a];
-    for (int a = 0; a < rows; a++) mean[a] = R(0.0);
-    for (int k = 0; k < count; k++) {
-        real *r = below + k * RN_MAX_ROWS;
-        one->innovation(points + k * nx, centre, p, r);
-        for (int a = 0; a < rows; a++) mean[a] += (k ? weight : w->mean_centre) * r[a];
+    for (int i = 0; i < 2 * pairs; i++) {
+        innovation(m, one, x, offsets + i % pairs * n, i < pairs ? R(1.0) : R(-1.0), centre, p, r);
+        for (int a = 0; a < rows; a++) below[a * 2 * pairs + i] = r[a];
     }
-    for (int k = 0; k < count; k++) {
-        const real *r = below + k * RN_MAX_ROWS;
-        const real scale = k ? weight : w->cov_centre;
-        for (int a = 0; a < rows; a++) {
-            for (int b = a; b < rows; b++) S[a * RN_MAX_ROWS + b] += scale * (r[a] - mean[a]) * (r[b] - mean[b]);
+    split(below, rows, pairs, pair, mean);
+    one->innovation(x, z, p, nu);
+    /* the pairs left out predict what the centre does */
+    const real centre_weight = w->cov_centre + pair * (real)(n - pairs);
+    for (int a = 0; a < rows; a++) {
+        const real *row = below + a * 2 * pairs;
+        nu[a] += mean[a];
+        for (int b = a; b < rows; b++) {
+            combine(row, 1, below + b * 2 * pairs, 1, 0, 1, 2 * pairs, sum);
+            S[a * RN_MAX_ROWS + b] += pair * sum[0] + centre_weight * mean[a] * mean[b];
         }
-    }
-    one->innovation(points, z, p, nu);
-    for (int a = 0; a < rows; a++) nu[a] += mean[a];
-    /* e of point i is +-reach U_i */
-    for (int j = 0; j < n * rows; j++) C[j] = R(0.0);
-    const real *row = U;
-    for (int i = 0; i < n; i++) {
-        const real *plus = below + (1 + 2 * i) * RN_MAX_ROWS, *minus = plus + RN_MAX_ROWS;
-        for (int j = i; j < n; j++) {
-            for (int a = 0; a < rows; a++) C[j * rows + a] -= weight * reach * row[j - i] * (plus[a] - minus[a]);
+        for (int j = 0; j < n; j += BLOCK) {
+            const int width = n - j < BLOCK ? n - j : BLOCK;
+            combine(row, 1, offsets + j, n, 1, width, pairs, sum);
+            for (int b = 0; b < width; b++) C[a * n + j + b] = -pair * sum[b];
         }
-        row += n - i;
     }
 }
 
-/* S = L L' in place (lower), then C <- C L^-T and y = L^-1 nu; returns 1 if S is not positive definite. */
+/* S = L L' in place (lower), then C <- L^-1 C and y = L^-1 nu; returns 1 if S is not positive definite. */
 static int whiten(real *S, real *C, const real *nu, real *y, int rows, int n)
 {
     for (int a = 0; a < rows; a++) {
-        for (int b = 0; b <= a; b++) {
-            real sum = S[b * RN_MAX_ROWS + a];
-            for (int k = 0; k < b; k++) sum -= S[a * RN_MAX_ROWS + k] * S[b * RN_MAX_ROWS + k];
-            if (a == b) {
-                if (!(sum > R(0.0))) return 1;
-                S[a * RN_MAX_ROWS + a] = rn_sqrt(sum);
-            } else {
-                S[a * RN_MAX_ROWS + b] = sum / S[b * RN_MAX_ROWS + b];
-            }
+        real *low = S + a * RN_MAX_ROWS, *own = C + a * n, pivot = low[a];
+        y[a] = nu[a];
+        for (int b = 0; b < a; b++) {
+            const real *other = S + b * RN_MAX_ROWS;
+            real sum = other[a];
+            for (int k = 0; k < b; k++) sum -= low[k] * other[k];
+            low[b] = sum * other[b];
+            pivot -= low[b] * low[b];
+            y[a] -= low[b] * y[b];
+            for (int j = 0; j < n; j++) own[j] -= low[b] * C[b * n + j];
         }
-    }
-    for (int a = 0; a < rows; a++) {
-        real sum = nu[a];
-        for (int k = 0; k < a; k++) sum -= S[a * RN_MAX_ROWS + k] * y[k];
-        y[a] = sum / S[a * RN_MAX_ROWS + a];
-        for (int j = 0; j < n; j++) {
-            real c = C[j * rows + a];
-            for (int k = 0; k < a; k++) c -= S[a * RN_MAX_ROWS + k] * C[j * rows + k];
-            C[j * rows + a] = c / S[a * RN_MAX_ROWS + a];
-        }
+        if (!(pivot > R(0.0))) return 1;
+        low[a] = R(1.0) / rn_sqrt(pivot); /* the diagonal is kept inverted */
+        y[a] *= low[a];
+        for (int j = 0; j < n; j++) own[j] *= low[a];
     }
     return 0;
 }
@@ -155,16 +192,15 @@ static int whiten(real *S, real *C, const real *nu, real *y, int rows, int n)
 void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, real *x, real *P, const real *z,
                     real variance, RN(rule) rule, const real *p, RN(seen) * seen, real *scratch)
 {
-    const int n = m->ne, count = points_of(m), rows = m->sensors[sensor].size;
-    real *points = scratch, *below = points + count * m->nx, *U = below + count * RN_MAX_ROWS,
-         *C = U + RN_PACKED(n);
+    const int n = m->ne, pairs = m->sensors[sensor].sees, rows = m->sensors[sensor].size;
+    real *offsets = scratch, *below = offsets + pairs * n, *C = below + 2 * pairs * rows;
     real S[RN_MAX_ROWS * RN_MAX_ROWS] = {R(0.0)}, y[RN_MAX_ROWS], dx[RN_MAX_STATE];
     seen->weight = R(0.0);
     seen->nis = (real)NAN;
     for (int a = 0; a < rows; a++) seen->nu[a] = seen->s[a] = (real)NAN;
-    if (place(m, w->spread, x, P, points, U)) return;
+    if (offsets_of(P, w->spread, pairs, n, offsets)) return;
     for (int a = 0; a < rows; a++) S[a * RN_MAX_ROWS + a] = variance;
-    spread_of_prediction(m, w, sensor, z, p, points, U, below, seen->nu, S, C);
+    spread_of_prediction(m, w, sensor, x, z, p, offsets, below, seen->nu, S, C);
     for (int a = 0; a < rows; a++) seen->s[a] = S[a * RN_MAX_ROWS + a];
     if (whiten(S, C, seen->nu, y, rows, n)) return;
     seen->nis = R(0.0);
@@ -172,12 +208,10 @@ void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, re
     const real weight = rn_weight(rule, seen->nis, (real)rows);
     if (!(weight > R(0.0))) return;
     seen->weight = weight;
-    for (int i = 0, k = 0; i < n; i++) {
-        dx[i] = R(0.0);
-        for (int a = 0; a < rows; a++) dx[i] += weight * C[i * rows + a] * y[a];
-        for (int j = i; j < n; j++, k++) {
-            for (int a = 0; a < rows; a++) P[k] -= weight * C[i * rows + a] * C[j * rows + a];
-        }
+    for (int j = 0; j < n; j++) dx[j] = R(0.0);
+    for (int a = 0; a < rows; a++) {
+        for (int j = 0; j < n; j++) dx[j] += weight * y[a] * C[a * n + j];
     }
+    add_products(P, n, n, 0, n, -weight, C, 1, n, rows);
     m->inject(x, dx);
 }

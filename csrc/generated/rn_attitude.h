@@ -338,6 +338,46 @@ RN_INLINE void rn_attitude_transition(const real *x, const real *u, const real *
     Q[35] = Q_3_3;
 }
 
+RN_INLINE void rn_attitude_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(p);
+    const real s_gyro_bias_0 = x[4];
+    const real s_gyro_bias_1 = x[5];
+    const real s_gyro_bias_2 = x[6];
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real q_2 = q[2];
+    const real r0_q_nb_0 = u_gyro_0 - s_gyro_bias_0;
+    const real r0_q_nb_1 = u_gyro_1 - s_gyro_bias_1;
+    const real r0_q_nb_2 = u_gyro_2 - s_gyro_bias_2;
+    const real Q_0_0 = dt * (q_0 + q_2 * ((r0_q_nb_0 * r0_q_nb_0) + (r0_q_nb_1 * r0_q_nb_1) + (r0_q_nb_2 * r0_q_nb_2)));
+    const real Q_3_3 = dt * q_1;
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = R(0.0);
+    Q[3] = R(0.0);
+    Q[4] = R(0.0);
+    Q[5] = R(0.0);
+    Q[6] = Q_0_0;
+    Q[7] = R(0.0);
+    Q[8] = R(0.0);
+    Q[9] = R(0.0);
+    Q[10] = R(0.0);
+    Q[11] = Q_0_0;
+    Q[12] = R(0.0);
+    Q[13] = R(0.0);
+    Q[14] = R(0.0);
+    Q[15] = Q_3_3;
+    Q[16] = R(0.0);
+    Q[17] = R(0.0);
+    Q[18] = Q_3_3;
+    Q[19] = R(0.0);
+    Q[20] = Q_3_3;
+}
+
 RN_INLINE void rn_attitude_inject(real *x, const real *e)
 {
     const real s_q_nb_0 = x[0];
@@ -356,15 +396,15 @@ RN_INLINE void rn_attitude_inject(real *x, const real *e)
     const real t_0 = R(0.5) * e_2;
     const real t_1 = R(0.5) * e_1;
     const real t_2 = R(0.5) * e_0;
-    const real n_0 = s_q_nb_0 - s_q_nb_3 * t_0 - s_q_nb_2 * t_1 - s_q_nb_1 * t_2;
-    const real n_1 = s_q_nb_1 + s_q_nb_3 * t_1 + s_q_nb_0 * t_2 - s_q_nb_2 * t_0;
-    const real n_2 = s_q_nb_2 + s_q_nb_1 * t_0 + s_q_nb_0 * t_1 - s_q_nb_3 * t_2;
-    const real n_3 = s_q_nb_3 + s_q_nb_0 * t_0 + s_q_nb_2 * t_2 - s_q_nb_1 * t_1;
-    const real scale = R(1.0) / rn_sqrt(((n_0 * n_0) + (n_1 * n_1) + (n_2 * n_2) + (n_3 * n_3)));
-    x[0] = n_0 * scale;
-    x[1] = n_1 * scale;
-    x[2] = n_2 * scale;
-    x[3] = n_3 * scale;
+    const real turned_0 = s_q_nb_0 - s_q_nb_3 * t_0 - s_q_nb_2 * t_1 - s_q_nb_1 * t_2;
+    const real turned_1 = s_q_nb_1 + s_q_nb_3 * t_1 + s_q_nb_0 * t_2 - s_q_nb_2 * t_0;
+    const real turned_2 = s_q_nb_2 + s_q_nb_1 * t_0 + s_q_nb_0 * t_1 - s_q_nb_3 * t_2;
+    const real turned_3 = s_q_nb_3 + s_q_nb_0 * t_0 + s_q_nb_2 * t_2 - s_q_nb_1 * t_1;
+    const real scale = R(1.0) / rn_sqrt(((turned_0 * turned_0) + (turned_1 * turned_1) + (turned_2 * turned_2) + (turned_3 * turned_3)));
+    x[0] = scale * turned_0;
+    x[1] = scale * turned_1;
+    x[2] = scale * turned_2;
+    x[3] = scale * turned_3;
     x[4] = e_3 + s_gyro_bias_0;
     x[5] = e_4 + s_gyro_bias_1;
     x[6] = e_5 + s_gyro_bias_2;
@@ -388,11 +428,11 @@ RN_INLINE void rn_attitude_inject_turned(real *x, const real *e)
     const real t_0 = R(0.5) * e_2;
     const real t_1 = R(0.5) * e_1;
     const real t_2 = R(0.5) * e_0;
-    const real n_0 = s_q_nb_0 - s_q_nb_3 * t_0 - s_q_nb_2 * t_1 - s_q_nb_1 * t_2;
-    const real n_1 = s_q_nb_1 + s_q_nb_3 * t_1 + s_q_nb_0 * t_2 - s_q_nb_2 * t_0;
-    const real n_2 = s_q_nb_2 + s_q_nb_1 * t_0 + s_q_nb_0 * t_1 - s_q_nb_3 * t_2;
-    const real n_3 = s_q_nb_3 + s_q_nb_0 * t_0 + s_q_nb_2 * t_2 - s_q_nb_1 * t_1;
-    const real scale = R(1.0) / rn_sqrt(((n_0 * n_0) + (n_1 * n_1) + (n_2 * n_2) + (n_3 * n_3)));
+    const real turned_0 = s_q_nb_0 - s_q_nb_3 * t_0 - s_q_nb_2 * t_1 - s_q_nb_1 * t_2;
+    const real turned_1 = s_q_nb_1 + s_q_nb_3 * t_1 + s_q_nb_0 * t_2 - s_q_nb_2 * t_0;
+    const real turned_2 = s_q_nb_2 + s_q_nb_1 * t_0 + s_q_nb_0 * t_1 - s_q_nb_3 * t_2;
+    const real turned_3 = s_q_nb_3 + s_q_nb_0 * t_0 + s_q_nb_2 * t_2 - s_q_nb_1 * t_1;
+    const real scale = R(1.0) / rn_sqrt(((turned_0 * turned_0) + (turned_1 * turned_1) + (turned_2 * turned_2) + (turned_3 * turned_3)));
     const real t_3 = s_q_nb_0 * s_q_nb_2;
     const real t_4 = s_q_nb_1 * s_q_nb_3;
     const real t_5 = R(2.0) * e_5;
@@ -405,10 +445,10 @@ RN_INLINE void rn_attitude_inject_turned(real *x, const real *e)
     const real t_12 = s_q_nb_2 * s_q_nb_3;
     const real t_13 = s_q_nb_1 * s_q_nb_1;
     const real t_14 = R(2.0) * e_3;
-    x[0] = n_0 * scale;
-    x[1] = n_1 * scale;
-    x[2] = n_2 * scale;
-    x[3] = n_3 * scale;
+    x[0] = scale * turned_0;
+    x[1] = scale * turned_1;
+    x[2] = scale * turned_2;
+    x[3] = scale * turned_3;
     x[4] = (t_4 - t_3) * t_5 + (t_6 + t_7) * t_8 + (R(1.0) - R(2.0) * (t_10 + t_9)) * e_3 + s_gyro_bias_0;
     x[5] = (t_7 - t_6) * t_14 + (t_11 + t_12) * t_5 + (R(1.0) - R(2.0) * (t_13 + t_9)) * e_4 + s_gyro_bias_1;
     x[6] = (t_12 - t_11) * t_8 + (R(1.0) - R(2.0) * (t_10 + t_13)) * e_5 + t_14 * (t_3 + t_4) + s_gyro_bias_2;
@@ -438,6 +478,77 @@ RN_INLINE void rn_attitude_difference(const real *a, const real *b, real *e)
     e[3] = a_4 - b_4;
     e[4] = a_5 - b_5;
     e[5] = a_6 - b_6;
+}
+
+RN_VECTORISED void rn_attitude_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(p);
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real a_4 = a[4];
+    const real a_5 = a[5];
+    const real a_6 = a[6];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    for (int k = 0; k < 12; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[12 + k];
+        const real e_2 = e[24 + k];
+        const real e_3 = e[36 + k];
+        const real e_4 = e[48 + k];
+        const real e_5 = e[60 + k];
+        const real t_0 = R(0.5) * a_3;
+        const real t_1 = R(0.5) * a_2;
+        const real t_2 = R(0.5) * e_0;
+        const real turned_0 = a_0 - e_2 * t_0 - e_1 * t_1 - a_1 * t_2;
+        const real turned_1 = a_1 + e_1 * t_0 + a_0 * t_2 - e_2 * t_1;
+        const real t_3 = R(0.5) * a_1;
+        const real t_4 = R(0.5) * a_0;
+        const real turned_2 = a_2 + e_2 * t_3 + e_1 * t_4 - a_3 * t_2;
+        const real turned_3 = a_3 + a_2 * t_2 + e_2 * t_4 - e_1 * t_3;
+        const real scale = R(1.0) / rn_sqrt(((turned_0 * turned_0) + (turned_1 * turned_1) + (turned_2 * turned_2) + (turned_3 * turned_3)));
+        const real s_q_nb_0 = scale * turned_0;
+        const real s_q_nb_1 = scale * turned_1;
+        const real s_q_nb_2 = scale * turned_2;
+        const real s_q_nb_3 = scale * turned_3;
+        const real s_gyro_bias_0 = a_4 + e_3;
+        const real r0_q_nb_0 = u_gyro_0 - s_gyro_bias_0;
+        const real phi_0 = dt * r0_q_nb_0;
+        const real s_gyro_bias_1 = a_5 + e_4;
+        const real r0_q_nb_1 = u_gyro_1 - s_gyro_bias_1;
+        const real phi_1 = dt * r0_q_nb_1;
+        const real s_gyro_bias_2 = a_6 + e_5;
+        const real r0_q_nb_2 = u_gyro_2 - s_gyro_bias_2;
+        const real phi_2 = dt * r0_q_nb_2;
+        const real phi_square = (phi_0 * phi_0) + (phi_1 * phi_1) + (phi_2 * phi_2);
+        const real half_sinc = R(0.5) - R(0.020833333333333332) * phi_square;
+        const real t_5 = half_sinc * phi_1;
+        const real t_6 = half_sinc * phi_2;
+        const real t_7 = half_sinc * phi_0;
+        const real t_8 = R(0.0026041666666666665) * (phi_square * phi_square) + R(1.0) - R(0.125) * phi_square;
+        const real n_0 = s_q_nb_0 * t_8 - s_q_nb_2 * t_5 - s_q_nb_3 * t_6 - s_q_nb_1 * t_7;
+        const real n_2 = s_q_nb_0 * t_5 + s_q_nb_3 * t_7 + s_q_nb_2 * t_8 - s_q_nb_1 * t_6;
+        const real n_3 = s_q_nb_1 * t_5 + s_q_nb_0 * t_6 + s_q_nb_3 * t_8 - s_q_nb_2 * t_7;
+        const real n_1 = s_q_nb_2 * t_6 + s_q_nb_0 * t_7 + s_q_nb_1 * t_8 - s_q_nb_3 * t_5;
+        const real newton = R(1.5) - R(0.5) * ((n_0 * n_0) + (n_1 * n_1) + (n_2 * n_2) + (n_3 * n_3));
+        const real t_9 = b_3 * newton;
+        const real t_10 = b_2 * newton;
+        const real t_11 = n_1 * newton;
+        const real t_12 = b_1 * newton;
+        const real t_13 = b_0 * newton;
+        const real half_w = R(0.5) * (n_3 * t_9 + n_2 * t_10 + b_1 * t_11 + n_0 * t_13);
+        const real t_14 = R(1.0) / half_w;
+        e[0 + k] = (n_3 * t_10 + b_0 * t_11 - n_2 * t_9 - n_0 * t_12) * t_14;
+        e[12 + k] = (b_3 * t_11 + n_2 * t_13 - n_0 * t_10 - n_3 * t_12) * t_14;
+        e[24 + k] = (n_3 * t_13 + n_2 * t_12 - n_0 * t_9 - b_2 * t_11) * t_14;
+    }
 }
 
 RN_INLINE void rn_attitude_measure_accel(const real *x, const real *z, const real *p, real *h)
@@ -781,19 +892,19 @@ RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const 
     const real t_23 = R(0.5) * de_1;
     const real de_0 = K_1 * r_1 + K_3 * r_3;
     const real t_24 = R(0.5) * de_0;
-    const real n_0 = s_q_nb_0 - s_q_nb_3 * t_11 - s_q_nb_2 * t_23 - s_q_nb_1 * t_24;
-    const real n_1 = s_q_nb_1 + s_q_nb_3 * t_23 + s_q_nb_0 * t_24 - s_q_nb_2 * t_11;
-    const real n_2 = s_q_nb_2 + s_q_nb_1 * t_11 + s_q_nb_0 * t_23 - s_q_nb_3 * t_24;
-    const real n_3 = s_q_nb_3 + s_q_nb_0 * t_11 + s_q_nb_2 * t_24 - s_q_nb_1 * t_23;
-    const real scale = R(1.0) / rn_sqrt(((n_0 * n_0) + (n_1 * n_1) + (n_2 * n_2) + (n_3 * n_3)));
+    const real turned_0 = s_q_nb_0 - s_q_nb_3 * t_11 - s_q_nb_2 * t_23 - s_q_nb_1 * t_24;
+    const real turned_1 = s_q_nb_1 + s_q_nb_3 * t_23 + s_q_nb_0 * t_24 - s_q_nb_2 * t_11;
+    const real turned_2 = s_q_nb_2 + s_q_nb_1 * t_11 + s_q_nb_0 * t_23 - s_q_nb_3 * t_24;
+    const real turned_3 = s_q_nb_3 + s_q_nb_0 * t_11 + s_q_nb_2 * t_24 - s_q_nb_1 * t_23;
+    const real scale = R(1.0) / rn_sqrt(((turned_0 * turned_0) + (turned_1 * turned_1) + (turned_2 * turned_2) + (turned_3 * turned_3)));
     const real de_3 = K_16 * r_1 + K_18 * r_3;
     const real de_4 = K_20 * r_0 + K_22 * r_2 + K_24 * r_4;
     const real de_5 = K_26 * r_1 + K_28 * r_3;
     const real t_25 = R(2.0) * de_5;
-    x[0] = n_0 * scale;
-    x[1] = n_1 * scale;
-    x[2] = n_2 * scale;
-    x[3] = n_3 * scale;
+    x[0] = scale * turned_0;
+    x[1] = scale * turned_1;
+    x[2] = scale * turned_2;
+    x[3] = scale * turned_3;
     x[4] = s_gyro_bias_0 + de_4 * t_3 + de_3 * t_13 + t_20 * t_25;
     x[5] = s_gyro_bias_1 + de_4 * t_6 + t_21 * t_25 + de_3 * t_18;
     x[6] = s_gyro_bias_2 + de_4 * t_9 + de_5 * t_22 + de_3 * t_16;
@@ -805,10 +916,10 @@ RN_INLINE void rn_attitude_correct(real *x, const real *z, const real *K, const 
 }
 
 static const RN(sensor) rn_attitude_sensors[] = {
-    {"accel", 3, 3, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_innovation_accel, rn_attitude_update_accel},
-    {"mag", 3, 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_innovation_mag, rn_attitude_update_mag}};
+    {"accel", 3, 3, 2, 2, rn_attitude_measure_accel, rn_attitude_residual_accel, rn_attitude_jacobian_accel, rn_attitude_innovation_accel, rn_attitude_update_accel},
+    {"mag", 3, 3, 3, 3, rn_attitude_measure_mag, rn_attitude_residual_mag, rn_attitude_jacobian_mag, rn_attitude_innovation_mag, rn_attitude_update_mag}};
 static const RN(model) rn_attitude_model = {
-    RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 3, 3, 2, rn_attitude_sensors,
-    rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_gain, rn_attitude_correct};
+    RN_ABI, (int)sizeof(real), "attitude", 7, 6, 3, 3, 3, 2, 3, rn_attitude_sensors,
+    rn_attitude_propagate, rn_attitude_predict, rn_attitude_transition, rn_attitude_noise, rn_attitude_inject, rn_attitude_inject_turned, rn_attitude_difference, rn_attitude_carry, rn_attitude_gain, rn_attitude_correct};
 
 #endif

@@ -391,6 +391,74 @@ RN_INLINE void rn_attitude_euler_transition(const real *x, const real *u, const 
     Q[35] = Q_3_3;
 }
 
+RN_INLINE void rn_attitude_euler_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(p);
+    const real s_euler_0 = x[0];
+    const real s_euler_1 = x[1];
+    const real s_gyro_bias_0 = x[3];
+    const real s_gyro_bias_1 = x[4];
+    const real s_gyro_bias_2 = x[5];
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real A0_1_5 = rn_sin(s_euler_0);
+    const real t_0 = u_gyro_1 - s_gyro_bias_1;
+    const real t_1 = u_gyro_2 - s_gyro_bias_2;
+    const real t_2 = rn_cos(s_euler_0);
+    const real r0_euler_1 = t_0 * t_2 - A0_1_5 * t_1;
+    const real t_3 = R(0.5) * dt;
+    const real m_1 = s_euler_1 + r0_euler_1 * t_3;
+    const real t_4 = rn_sin(m_1);
+    const real t_5 = t_4 * t_4;
+    const real t_6 = rn_cos(m_1);
+    const real t_7 = R(1.0) / (t_6 * t_6);
+    const real t_8 = t_0 * A0_1_5;
+    const real t_9 = t_1 * t_2;
+    const real t_10 = t_8 + t_9;
+    const real t_11 = rn_cos(s_euler_1);
+    const real t_12 = R(1.0) / t_11;
+    const real r0_euler_2 = t_10 * t_12;
+    const real t_13 = rn_sin(s_euler_1);
+    const real t_14 = u_gyro_0 - s_gyro_bias_0;
+    const real r0_euler_0 = t_13 * r0_euler_2 + t_14;
+    const real m_0 = s_euler_0 + r0_euler_0 * t_3;
+    const real t_15 = rn_cos(m_0);
+    const real t_16 = q_0 * (t_15 * t_15);
+    const real t_17 = t_7 * t_16;
+    const real A_1_5 = rn_sin(m_0);
+    const real t_18 = q_0 * (A_1_5 * A_1_5);
+    const real t_19 = t_7 * t_18;
+    const real Q_0_0 = dt * (q_0 + t_5 * t_17 + t_5 * t_19);
+    const real Q_0_2 = dt * (t_4 * t_17 + t_4 * t_19);
+    const real Q_1_1 = dt * (t_16 + t_18);
+    const real Q_2_2 = dt * (t_17 + t_19);
+    const real Q_3_3 = dt * q_1;
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = Q_0_2;
+    Q[3] = R(0.0);
+    Q[4] = R(0.0);
+    Q[5] = R(0.0);
+    Q[6] = Q_1_1;
+    Q[7] = R(0.0);
+    Q[8] = R(0.0);
+    Q[9] = R(0.0);
+    Q[10] = R(0.0);
+    Q[11] = Q_2_2;
+    Q[12] = R(0.0);
+    Q[13] = R(0.0);
+    Q[14] = R(0.0);
+    Q[15] = Q_3_3;
+    Q[16] = R(0.0);
+    Q[17] = R(0.0);
+    Q[18] = Q_3_3;
+    Q[19] = R(0.0);
+    Q[20] = Q_3_3;
+}
+
 RN_INLINE void rn_attitude_euler_inject(real *x, const real *e)
 {
     const real s_euler_0 = x[0];
@@ -455,6 +523,56 @@ RN_INLINE void rn_attitude_euler_difference(const real *a, const real *b, real *
     e[3] = a_3 - b_3;
     e[4] = a_4 - b_4;
     e[5] = a_5 - b_5;
+}
+
+RN_VECTORISED void rn_attitude_euler_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(p);
+    const real u_gyro_0 = u[0];
+    const real u_gyro_1 = u[1];
+    const real u_gyro_2 = u[2];
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real a_4 = a[4];
+    const real a_5 = a[5];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    for (int k = 0; k < 12; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[12 + k];
+        const real e_2 = e[24 + k];
+        const real e_3 = e[36 + k];
+        const real e_4 = e[48 + k];
+        const real e_5 = e[60 + k];
+        const real s_gyro_bias_1 = a_4 + e_4;
+        const real t_0 = u_gyro_1 - s_gyro_bias_1;
+        const real s_euler_0 = a_0 + e_0;
+        const real t_1 = rn_sin(s_euler_0);
+        const real s_gyro_bias_2 = a_5 + e_5;
+        const real t_2 = u_gyro_2 - s_gyro_bias_2;
+        const real t_3 = rn_cos(s_euler_0);
+        const real r0_euler_1 = t_0 * t_3 - t_1 * t_2;
+        const real s_euler_1 = a_1 + e_1;
+        const real t_4 = R(0.5) * dt;
+        const real m_1 = s_euler_1 + r0_euler_1 * t_4;
+        const real r0_euler_2 = (t_0 * t_1 + t_2 * t_3) / rn_cos(s_euler_1);
+        const real s_gyro_bias_0 = a_3 + e_3;
+        const real t_5 = u_gyro_0 - s_gyro_bias_0;
+        const real r0_euler_0 = rn_sin(s_euler_1) * r0_euler_2 + t_5;
+        const real m_0 = s_euler_0 + r0_euler_0 * t_4;
+        const real t_6 = rn_sin(m_0);
+        const real t_7 = rn_cos(m_0);
+        const real r_euler_2 = (t_0 * t_6 + t_2 * t_7) / rn_cos(m_1);
+        const real r_euler_0 = t_5 + rn_sin(m_1) * r_euler_2;
+        const real r_euler_1 = t_0 * t_7 - t_2 * t_6;
+        const real s_euler_2 = a_2 + e_2;
+        e[0 + k] = dt * r_euler_0 + s_euler_0 - b_0;
+        e[12 + k] = dt * r_euler_1 + s_euler_1 - b_1;
+        e[24 + k] = dt * r_euler_2 + s_euler_2 - b_2;
+    }
 }
 
 RN_INLINE void rn_attitude_euler_measure_accel(const real *x, const real *z, const real *p, real *h)
@@ -856,10 +974,10 @@ RN_INLINE void rn_attitude_euler_correct(real *x, const real *z, const real *K, 
 }
 
 static const RN(sensor) rn_attitude_euler_sensors[] = {
-    {"accel", 3, 3, 3, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_innovation_accel, rn_attitude_euler_update_accel},
-    {"mag", 3, 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_innovation_mag, rn_attitude_euler_update_mag}};
+    {"accel", 3, 3, 3, 2, rn_attitude_euler_measure_accel, rn_attitude_euler_residual_accel, rn_attitude_euler_jacobian_accel, rn_attitude_euler_innovation_accel, rn_attitude_euler_update_accel},
+    {"mag", 3, 3, 3, 3, rn_attitude_euler_measure_mag, rn_attitude_euler_residual_mag, rn_attitude_euler_jacobian_mag, rn_attitude_euler_innovation_mag, rn_attitude_euler_update_mag}};
 static const RN(model) rn_attitude_euler_model = {
-    RN_ABI, (int)sizeof(real), "attitude_euler", 6, 6, 3, 2, 3, 2, rn_attitude_euler_sensors,
-    rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_gain, rn_attitude_euler_correct};
+    RN_ABI, (int)sizeof(real), "attitude_euler", 6, 6, 3, 2, 3, 2, 3, rn_attitude_euler_sensors,
+    rn_attitude_euler_propagate, rn_attitude_euler_predict, rn_attitude_euler_transition, rn_attitude_euler_noise, rn_attitude_euler_inject, rn_attitude_euler_inject_turned, rn_attitude_euler_difference, rn_attitude_euler_carry, rn_attitude_euler_gain, rn_attitude_euler_correct};
 
 #endif

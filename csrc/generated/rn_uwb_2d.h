@@ -150,6 +150,31 @@ RN_INLINE void rn_uwb_2d_transition(const real *x, const real *u, const real *q,
     Q[15] = Q_2_2;
 }
 
+RN_INLINE void rn_uwb_2d_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(x);
+    RN_UNUSED(u);
+    const real p_velocity_damping = p[1];
+    const real q_0 = q[0];
+    const real t_0 = (dt * dt * dt) * q_0;
+    const real Q_0_0 = R(0.3333333333333333) * t_0;
+    const real t_1 = R(0.5) * dt;
+    const real t_2 = R(1.0) - p_velocity_damping * t_1;
+    const real t_3 = R(0.08333333333333333) * t_0;
+    const real Q_0_2 = R(0.5) * (dt * dt) * q_0 * t_2 - p_velocity_damping * t_3;
+    const real Q_2_2 = dt * q_0 * (t_2 * t_2) + (p_velocity_damping * p_velocity_damping) * t_3;
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = Q_0_2;
+    Q[3] = R(0.0);
+    Q[4] = Q_0_0;
+    Q[5] = R(0.0);
+    Q[6] = Q_0_2;
+    Q[7] = Q_2_2;
+    Q[8] = R(0.0);
+    Q[9] = Q_2_2;
+}
+
 RN_INLINE void rn_uwb_2d_inject(real *x, const real *e)
 {
     const real s_p_n_0 = x[0];
@@ -196,6 +221,41 @@ RN_INLINE void rn_uwb_2d_difference(const real *a, const real *b, real *e)
     e[1] = a_1 - b_1;
     e[2] = a_2 - b_2;
     e[3] = a_3 - b_3;
+}
+
+RN_VECTORISED void rn_uwb_2d_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(u);
+    const real p_velocity_damping = p[1];
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    for (int k = 0; k < 8; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[8 + k];
+        const real e_2 = e[16 + k];
+        const real e_3 = e[24 + k];
+        const real s_v_n_0 = a_2 + e_2;
+        const real r0_v_n_0 = -(p_velocity_damping * s_v_n_0);
+        const real t_0 = R(0.5) * dt;
+        const real m_2 = s_v_n_0 + r0_v_n_0 * t_0;
+        const real s_p_n_0 = a_0 + e_0;
+        const real s_v_n_1 = a_3 + e_3;
+        const real r0_v_n_1 = -(p_velocity_damping * s_v_n_1);
+        const real m_3 = s_v_n_1 + r0_v_n_1 * t_0;
+        const real s_p_n_1 = a_1 + e_1;
+        const real r_v_n_0 = -(m_2 * p_velocity_damping);
+        const real r_v_n_1 = -(m_3 * p_velocity_damping);
+        e[0 + k] = dt * m_2 + s_p_n_0 - b_0;
+        e[8 + k] = dt * m_3 + s_p_n_1 - b_1;
+        e[16 + k] = dt * r_v_n_0 + s_v_n_0 - b_2;
+        e[24 + k] = dt * r_v_n_1 + s_v_n_1 - b_3;
+    }
 }
 
 RN_INLINE void rn_uwb_2d_measure_range(const real *x, const real *z, const real *p, real *h)
@@ -599,11 +659,11 @@ RN_INLINE void rn_uwb_2d_correct(real *x, const real *z, const real *K, const re
 }
 
 static const RN(sensor) rn_uwb_2d_sensors[] = {
-    {"range", 1, 4, 1, rn_uwb_2d_measure_range, rn_uwb_2d_residual_range, rn_uwb_2d_jacobian_range, rn_uwb_2d_innovation_range, rn_uwb_2d_update_range},
-    {"tdoa", 1, 7, 1, rn_uwb_2d_measure_tdoa, rn_uwb_2d_residual_tdoa, rn_uwb_2d_jacobian_tdoa, rn_uwb_2d_innovation_tdoa, rn_uwb_2d_update_tdoa},
-    {"position", 2, 2, 2, rn_uwb_2d_measure_position, rn_uwb_2d_residual_position, rn_uwb_2d_jacobian_position, rn_uwb_2d_innovation_position, rn_uwb_2d_update_position}};
+    {"range", 1, 4, 1, 4, rn_uwb_2d_measure_range, rn_uwb_2d_residual_range, rn_uwb_2d_jacobian_range, rn_uwb_2d_innovation_range, rn_uwb_2d_update_range},
+    {"tdoa", 1, 7, 1, 4, rn_uwb_2d_measure_tdoa, rn_uwb_2d_residual_tdoa, rn_uwb_2d_jacobian_tdoa, rn_uwb_2d_innovation_tdoa, rn_uwb_2d_update_tdoa},
+    {"position", 2, 2, 2, 2, rn_uwb_2d_measure_position, rn_uwb_2d_residual_position, rn_uwb_2d_jacobian_position, rn_uwb_2d_innovation_position, rn_uwb_2d_update_position}};
 static const RN(model) rn_uwb_2d_model = {
-    RN_ABI, (int)sizeof(real), "uwb_2d", 4, 4, 0, 1, 3, 3, rn_uwb_2d_sensors,
-    rn_uwb_2d_propagate, rn_uwb_2d_predict, rn_uwb_2d_transition, rn_uwb_2d_inject, rn_uwb_2d_inject_turned, rn_uwb_2d_difference, rn_uwb_2d_gain, rn_uwb_2d_correct};
+    RN_ABI, (int)sizeof(real), "uwb_2d", 4, 4, 0, 1, 3, 3, 4, rn_uwb_2d_sensors,
+    rn_uwb_2d_propagate, rn_uwb_2d_predict, rn_uwb_2d_transition, rn_uwb_2d_noise, rn_uwb_2d_inject, rn_uwb_2d_inject_turned, rn_uwb_2d_difference, rn_uwb_2d_carry, rn_uwb_2d_gain, rn_uwb_2d_correct};
 
 #endif

@@ -806,6 +806,119 @@ RN_INLINE void rn_uwb_2d_biased_transition(const real *x, const real *u, const r
     Q[168] = R(0.0);
 }
 
+RN_INLINE void rn_uwb_2d_biased_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(x);
+    RN_UNUSED(u);
+    const real p_velocity_damping = p[1];
+    const real p_bias_time = p[3];
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real t_0 = dt * dt * dt;
+    const real t_1 = q_0 * t_0;
+    const real Q_0_0 = R(0.3333333333333333) * t_1;
+    const real t_2 = R(0.5) * dt;
+    const real t_3 = R(1.0) - p_velocity_damping * t_2;
+    const real t_4 = R(0.08333333333333333) * t_1;
+    const real Q_0_2 = R(0.5) * (dt * dt) * q_0 * t_3 - p_velocity_damping * t_4;
+    const real Q_2_2 = dt * q_0 * (t_3 * t_3) + (p_velocity_damping * p_velocity_damping) * t_4;
+    const real t_5 = R(1.0) / p_bias_time;
+    const real A_4_4 = -t_5;
+    const real t_6 = R(1.0) + A_4_4 * t_2;
+    const real Q_4_4 = R(0.08333333333333333) * (A_4_4 * A_4_4) * q_1 * t_0 + dt * q_1 * (t_6 * t_6);
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = Q_0_2;
+    Q[3] = R(0.0);
+    Q[4] = R(0.0);
+    Q[5] = R(0.0);
+    Q[6] = R(0.0);
+    Q[7] = R(0.0);
+    Q[8] = R(0.0);
+    Q[9] = R(0.0);
+    Q[10] = R(0.0);
+    Q[11] = R(0.0);
+    Q[12] = R(0.0);
+    Q[13] = Q_0_0;
+    Q[14] = R(0.0);
+    Q[15] = Q_0_2;
+    Q[16] = R(0.0);
+    Q[17] = R(0.0);
+    Q[18] = R(0.0);
+    Q[19] = R(0.0);
+    Q[20] = R(0.0);
+    Q[21] = R(0.0);
+    Q[22] = R(0.0);
+    Q[23] = R(0.0);
+    Q[24] = R(0.0);
+    Q[25] = Q_2_2;
+    Q[26] = R(0.0);
+    Q[27] = R(0.0);
+    Q[28] = R(0.0);
+    Q[29] = R(0.0);
+    Q[30] = R(0.0);
+    Q[31] = R(0.0);
+    Q[32] = R(0.0);
+    Q[33] = R(0.0);
+    Q[34] = R(0.0);
+    Q[35] = R(0.0);
+    Q[36] = Q_2_2;
+    Q[37] = R(0.0);
+    Q[38] = R(0.0);
+    Q[39] = R(0.0);
+    Q[40] = R(0.0);
+    Q[41] = R(0.0);
+    Q[42] = R(0.0);
+    Q[43] = R(0.0);
+    Q[44] = R(0.0);
+    Q[45] = R(0.0);
+    Q[46] = Q_4_4;
+    Q[47] = R(0.0);
+    Q[48] = R(0.0);
+    Q[49] = R(0.0);
+    Q[50] = R(0.0);
+    Q[51] = R(0.0);
+    Q[52] = R(0.0);
+    Q[53] = R(0.0);
+    Q[54] = R(0.0);
+    Q[55] = Q_4_4;
+    Q[56] = R(0.0);
+    Q[57] = R(0.0);
+    Q[58] = R(0.0);
+    Q[59] = R(0.0);
+    Q[60] = R(0.0);
+    Q[61] = R(0.0);
+    Q[62] = R(0.0);
+    Q[63] = Q_4_4;
+    Q[64] = R(0.0);
+    Q[65] = R(0.0);
+    Q[66] = R(0.0);
+    Q[67] = R(0.0);
+    Q[68] = R(0.0);
+    Q[69] = R(0.0);
+    Q[70] = Q_4_4;
+    Q[71] = R(0.0);
+    Q[72] = R(0.0);
+    Q[73] = R(0.0);
+    Q[74] = R(0.0);
+    Q[75] = R(0.0);
+    Q[76] = Q_4_4;
+    Q[77] = R(0.0);
+    Q[78] = R(0.0);
+    Q[79] = R(0.0);
+    Q[80] = R(0.0);
+    Q[81] = Q_4_4;
+    Q[82] = R(0.0);
+    Q[83] = R(0.0);
+    Q[84] = R(0.0);
+    Q[85] = Q_4_4;
+    Q[86] = R(0.0);
+    Q[87] = R(0.0);
+    Q[88] = Q_4_4;
+    Q[89] = R(0.0);
+    Q[90] = R(0.0);
+}
+
 RN_INLINE void rn_uwb_2d_biased_inject(real *x, const real *e)
 {
     const real s_p_n_0 = x[0];
@@ -933,6 +1046,107 @@ RN_INLINE void rn_uwb_2d_biased_difference(const real *a, const real *b, real *e
     e[10] = a_10 - b_10;
     e[11] = a_11 - b_11;
     e[12] = a_12 - b_12;
+}
+
+RN_VECTORISED void rn_uwb_2d_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(u);
+    const real p_velocity_damping = p[1];
+    const real p_bias_time = p[3];
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real a_4 = a[4];
+    const real a_5 = a[5];
+    const real a_6 = a[6];
+    const real a_7 = a[7];
+    const real a_8 = a[8];
+    const real a_9 = a[9];
+    const real a_10 = a[10];
+    const real a_11 = a[11];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    const real b_4 = b[4];
+    const real b_5 = b[5];
+    const real b_6 = b[6];
+    const real b_7 = b[7];
+    const real b_8 = b[8];
+    const real b_9 = b[9];
+    const real b_10 = b[10];
+    const real b_11 = b[11];
+    for (int k = 0; k < 26; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[26 + k];
+        const real e_2 = e[52 + k];
+        const real e_3 = e[78 + k];
+        const real e_4 = e[104 + k];
+        const real e_5 = e[130 + k];
+        const real e_6 = e[156 + k];
+        const real e_7 = e[182 + k];
+        const real e_8 = e[208 + k];
+        const real e_9 = e[234 + k];
+        const real e_10 = e[260 + k];
+        const real e_11 = e[286 + k];
+        const real s_v_n_0 = a_2 + e_2;
+        const real r0_v_n_0 = -(p_velocity_damping * s_v_n_0);
+        const real t_0 = R(0.5) * dt;
+        const real m_2 = s_v_n_0 + r0_v_n_0 * t_0;
+        const real s_p_n_0 = a_0 + e_0;
+        const real s_v_n_1 = a_3 + e_3;
+        const real r0_v_n_1 = -(p_velocity_damping * s_v_n_1);
+        const real m_3 = s_v_n_1 + r0_v_n_1 * t_0;
+        const real s_p_n_1 = a_1 + e_1;
+        const real r_v_n_0 = -(m_2 * p_velocity_damping);
+        const real r_v_n_1 = -(m_3 * p_velocity_damping);
+        const real s_range_bias_0 = a_4 + e_4;
+        const real t_1 = R(1.0) / p_bias_time;
+        const real r0_range_bias_0 = -(s_range_bias_0 * t_1);
+        const real m_4 = s_range_bias_0 + r0_range_bias_0 * t_0;
+        const real r_range_bias_0 = -(m_4 * t_1);
+        const real s_range_bias_1 = a_5 + e_5;
+        const real r0_range_bias_1 = -(s_range_bias_1 * t_1);
+        const real m_5 = s_range_bias_1 + r0_range_bias_1 * t_0;
+        const real r_range_bias_1 = -(m_5 * t_1);
+        const real s_range_bias_2 = a_6 + e_6;
+        const real r0_range_bias_2 = -(s_range_bias_2 * t_1);
+        const real m_6 = s_range_bias_2 + r0_range_bias_2 * t_0;
+        const real r_range_bias_2 = -(m_6 * t_1);
+        const real s_range_bias_3 = a_7 + e_7;
+        const real r0_range_bias_3 = -(s_range_bias_3 * t_1);
+        const real m_7 = s_range_bias_3 + r0_range_bias_3 * t_0;
+        const real r_range_bias_3 = -(m_7 * t_1);
+        const real s_range_bias_4 = a_8 + e_8;
+        const real r0_range_bias_4 = -(s_range_bias_4 * t_1);
+        const real m_8 = s_range_bias_4 + r0_range_bias_4 * t_0;
+        const real r_range_bias_4 = -(m_8 * t_1);
+        const real s_range_bias_5 = a_9 + e_9;
+        const real r0_range_bias_5 = -(s_range_bias_5 * t_1);
+        const real m_9 = s_range_bias_5 + r0_range_bias_5 * t_0;
+        const real r_range_bias_5 = -(m_9 * t_1);
+        const real s_range_bias_6 = a_10 + e_10;
+        const real r0_range_bias_6 = -(s_range_bias_6 * t_1);
+        const real m_10 = s_range_bias_6 + r0_range_bias_6 * t_0;
+        const real r_range_bias_6 = -(m_10 * t_1);
+        const real s_range_bias_7 = a_11 + e_11;
+        const real r0_range_bias_7 = -(s_range_bias_7 * t_1);
+        const real m_11 = s_range_bias_7 + r0_range_bias_7 * t_0;
+        const real r_range_bias_7 = -(m_11 * t_1);
+        e[0 + k] = dt * m_2 + s_p_n_0 - b_0;
+        e[26 + k] = dt * m_3 + s_p_n_1 - b_1;
+        e[52 + k] = dt * r_v_n_0 + s_v_n_0 - b_2;
+        e[78 + k] = dt * r_v_n_1 + s_v_n_1 - b_3;
+        e[104 + k] = dt * r_range_bias_0 + s_range_bias_0 - b_4;
+        e[130 + k] = dt * r_range_bias_1 + s_range_bias_1 - b_5;
+        e[156 + k] = dt * r_range_bias_2 + s_range_bias_2 - b_6;
+        e[182 + k] = dt * r_range_bias_3 + s_range_bias_3 - b_7;
+        e[208 + k] = dt * r_range_bias_4 + s_range_bias_4 - b_8;
+        e[234 + k] = dt * r_range_bias_5 + s_range_bias_5 - b_9;
+        e[260 + k] = dt * r_range_bias_6 + s_range_bias_6 - b_10;
+        e[286 + k] = dt * r_range_bias_7 + s_range_bias_7 - b_11;
+    }
 }
 
 RN_INLINE void rn_uwb_2d_biased_measure_range(const real *x, const real *z, const real *p, real *h)
@@ -1640,11 +1854,11 @@ RN_INLINE void rn_uwb_2d_biased_correct(real *x, const real *z, const real *K, c
 }
 
 static const RN(sensor) rn_uwb_2d_biased_sensors[] = {
-    {"range", 1, 12, 1, rn_uwb_2d_biased_measure_range, rn_uwb_2d_biased_residual_range, rn_uwb_2d_biased_jacobian_range, rn_uwb_2d_biased_innovation_range, rn_uwb_2d_biased_update_range},
-    {"tdoa", 1, 15, 1, rn_uwb_2d_biased_measure_tdoa, rn_uwb_2d_biased_residual_tdoa, rn_uwb_2d_biased_jacobian_tdoa, rn_uwb_2d_biased_innovation_tdoa, rn_uwb_2d_biased_update_tdoa},
-    {"position", 2, 2, 2, rn_uwb_2d_biased_measure_position, rn_uwb_2d_biased_residual_position, rn_uwb_2d_biased_jacobian_position, rn_uwb_2d_biased_innovation_position, rn_uwb_2d_biased_update_position}};
+    {"range", 1, 12, 1, 13, rn_uwb_2d_biased_measure_range, rn_uwb_2d_biased_residual_range, rn_uwb_2d_biased_jacobian_range, rn_uwb_2d_biased_innovation_range, rn_uwb_2d_biased_update_range},
+    {"tdoa", 1, 15, 1, 13, rn_uwb_2d_biased_measure_tdoa, rn_uwb_2d_biased_residual_tdoa, rn_uwb_2d_biased_jacobian_tdoa, rn_uwb_2d_biased_innovation_tdoa, rn_uwb_2d_biased_update_tdoa},
+    {"position", 2, 2, 2, 2, rn_uwb_2d_biased_measure_position, rn_uwb_2d_biased_residual_position, rn_uwb_2d_biased_jacobian_position, rn_uwb_2d_biased_innovation_position, rn_uwb_2d_biased_update_position}};
 static const RN(model) rn_uwb_2d_biased_model = {
-    RN_ABI, (int)sizeof(real), "uwb_2d_biased", 13, 13, 0, 2, 4, 3, rn_uwb_2d_biased_sensors,
-    rn_uwb_2d_biased_propagate, rn_uwb_2d_biased_predict, rn_uwb_2d_biased_transition, rn_uwb_2d_biased_inject, rn_uwb_2d_biased_inject_turned, rn_uwb_2d_biased_difference, rn_uwb_2d_biased_gain, rn_uwb_2d_biased_correct};
+    RN_ABI, (int)sizeof(real), "uwb_2d_biased", 13, 13, 0, 2, 4, 3, 12, rn_uwb_2d_biased_sensors,
+    rn_uwb_2d_biased_propagate, rn_uwb_2d_biased_predict, rn_uwb_2d_biased_transition, rn_uwb_2d_biased_noise, rn_uwb_2d_biased_inject, rn_uwb_2d_biased_inject_turned, rn_uwb_2d_biased_difference, rn_uwb_2d_biased_carry, rn_uwb_2d_biased_gain, rn_uwb_2d_biased_correct};
 
 #endif

@@ -132,6 +132,27 @@ RN_INLINE void rn_uwb_2d_driven_transition(const real *x, const real *u, const r
     Q[15] = Q_2_2;
 }
 
+RN_INLINE void rn_uwb_2d_driven_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(x);
+    RN_UNUSED(u);
+    RN_UNUSED(p);
+    const real q_0 = q[0];
+    const real Q_0_0 = R(0.3333333333333333) * (dt * dt * dt) * q_0;
+    const real Q_0_2 = R(0.5) * (dt * dt) * q_0;
+    const real Q_2_2 = dt * q_0;
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = Q_0_2;
+    Q[3] = R(0.0);
+    Q[4] = Q_0_0;
+    Q[5] = R(0.0);
+    Q[6] = Q_0_2;
+    Q[7] = Q_2_2;
+    Q[8] = R(0.0);
+    Q[9] = Q_2_2;
+}
+
 RN_INLINE void rn_uwb_2d_driven_inject(real *x, const real *e)
 {
     const real s_p_n_0 = x[0];
@@ -178,6 +199,39 @@ RN_INLINE void rn_uwb_2d_driven_difference(const real *a, const real *b, real *e
     e[1] = a_1 - b_1;
     e[2] = a_2 - b_2;
     e[3] = a_3 - b_3;
+}
+
+RN_VECTORISED void rn_uwb_2d_driven_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(p);
+    const real u_accel_n_0 = u[0];
+    const real u_accel_n_1 = u[1];
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    for (int k = 0; k < 8; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[8 + k];
+        const real e_2 = e[16 + k];
+        const real e_3 = e[24 + k];
+        const real s_v_n_0 = a_2 + e_2;
+        const real t_0 = dt * u_accel_n_0;
+        const real m_2 = R(0.5) * t_0 + s_v_n_0;
+        const real s_p_n_0 = a_0 + e_0;
+        const real s_v_n_1 = a_3 + e_3;
+        const real t_1 = dt * u_accel_n_1;
+        const real m_3 = R(0.5) * t_1 + s_v_n_1;
+        const real s_p_n_1 = a_1 + e_1;
+        e[0 + k] = dt * m_2 + s_p_n_0 - b_0;
+        e[8 + k] = dt * m_3 + s_p_n_1 - b_1;
+        e[16 + k] = s_v_n_0 + t_0 - b_2;
+        e[24 + k] = s_v_n_1 + t_1 - b_3;
+    }
 }
 
 RN_INLINE void rn_uwb_2d_driven_measure_range(const real *x, const real *z, const real *p, real *h)
@@ -581,11 +635,11 @@ RN_INLINE void rn_uwb_2d_driven_correct(real *x, const real *z, const real *K, c
 }
 
 static const RN(sensor) rn_uwb_2d_driven_sensors[] = {
-    {"range", 1, 4, 1, rn_uwb_2d_driven_measure_range, rn_uwb_2d_driven_residual_range, rn_uwb_2d_driven_jacobian_range, rn_uwb_2d_driven_innovation_range, rn_uwb_2d_driven_update_range},
-    {"tdoa", 1, 7, 1, rn_uwb_2d_driven_measure_tdoa, rn_uwb_2d_driven_residual_tdoa, rn_uwb_2d_driven_jacobian_tdoa, rn_uwb_2d_driven_innovation_tdoa, rn_uwb_2d_driven_update_tdoa},
-    {"position", 2, 2, 2, rn_uwb_2d_driven_measure_position, rn_uwb_2d_driven_residual_position, rn_uwb_2d_driven_jacobian_position, rn_uwb_2d_driven_innovation_position, rn_uwb_2d_driven_update_position}};
+    {"range", 1, 4, 1, 4, rn_uwb_2d_driven_measure_range, rn_uwb_2d_driven_residual_range, rn_uwb_2d_driven_jacobian_range, rn_uwb_2d_driven_innovation_range, rn_uwb_2d_driven_update_range},
+    {"tdoa", 1, 7, 1, 4, rn_uwb_2d_driven_measure_tdoa, rn_uwb_2d_driven_residual_tdoa, rn_uwb_2d_driven_jacobian_tdoa, rn_uwb_2d_driven_innovation_tdoa, rn_uwb_2d_driven_update_tdoa},
+    {"position", 2, 2, 2, 2, rn_uwb_2d_driven_measure_position, rn_uwb_2d_driven_residual_position, rn_uwb_2d_driven_jacobian_position, rn_uwb_2d_driven_innovation_position, rn_uwb_2d_driven_update_position}};
 static const RN(model) rn_uwb_2d_driven_model = {
-    RN_ABI, (int)sizeof(real), "uwb_2d_driven", 4, 4, 2, 1, 2, 3, rn_uwb_2d_driven_sensors,
-    rn_uwb_2d_driven_propagate, rn_uwb_2d_driven_predict, rn_uwb_2d_driven_transition, rn_uwb_2d_driven_inject, rn_uwb_2d_driven_inject_turned, rn_uwb_2d_driven_difference, rn_uwb_2d_driven_gain, rn_uwb_2d_driven_correct};
+    RN_ABI, (int)sizeof(real), "uwb_2d_driven", 4, 4, 2, 1, 2, 3, 4, rn_uwb_2d_driven_sensors,
+    rn_uwb_2d_driven_propagate, rn_uwb_2d_driven_predict, rn_uwb_2d_driven_transition, rn_uwb_2d_driven_noise, rn_uwb_2d_driven_inject, rn_uwb_2d_driven_inject_turned, rn_uwb_2d_driven_difference, rn_uwb_2d_driven_carry, rn_uwb_2d_driven_gain, rn_uwb_2d_driven_correct};
 
 #endif

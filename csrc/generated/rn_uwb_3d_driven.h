@@ -231,6 +231,44 @@ RN_INLINE void rn_uwb_3d_driven_transition(const real *x, const real *u, const r
     Q[35] = Q_5_5;
 }
 
+RN_INLINE void rn_uwb_3d_driven_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(x);
+    RN_UNUSED(u);
+    RN_UNUSED(p);
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real t_0 = R(0.3333333333333333) * (dt * dt * dt);
+    const real Q_0_0 = q_0 * t_0;
+    const real t_1 = R(0.5) * (dt * dt);
+    const real Q_0_3 = q_0 * t_1;
+    const real Q_2_2 = q_1 * t_0;
+    const real Q_2_5 = q_1 * t_1;
+    const real Q_3_3 = dt * q_0;
+    const real Q_5_5 = dt * q_1;
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = R(0.0);
+    Q[3] = Q_0_3;
+    Q[4] = R(0.0);
+    Q[5] = R(0.0);
+    Q[6] = Q_0_0;
+    Q[7] = R(0.0);
+    Q[8] = R(0.0);
+    Q[9] = Q_0_3;
+    Q[10] = R(0.0);
+    Q[11] = Q_2_2;
+    Q[12] = R(0.0);
+    Q[13] = R(0.0);
+    Q[14] = Q_2_5;
+    Q[15] = Q_3_3;
+    Q[16] = R(0.0);
+    Q[17] = R(0.0);
+    Q[18] = Q_3_3;
+    Q[19] = R(0.0);
+    Q[20] = Q_5_5;
+}
+
 RN_INLINE void rn_uwb_3d_driven_inject(real *x, const real *e)
 {
     const real s_p_n_0 = x[0];
@@ -295,6 +333,52 @@ RN_INLINE void rn_uwb_3d_driven_difference(const real *a, const real *b, real *e
     e[3] = a_3 - b_3;
     e[4] = a_4 - b_4;
     e[5] = a_5 - b_5;
+}
+
+RN_VECTORISED void rn_uwb_3d_driven_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(p);
+    const real u_accel_n_0 = u[0];
+    const real u_accel_n_1 = u[1];
+    const real u_accel_n_2 = u[2];
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real a_4 = a[4];
+    const real a_5 = a[5];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    const real b_4 = b[4];
+    const real b_5 = b[5];
+    for (int k = 0; k < 12; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[12 + k];
+        const real e_2 = e[24 + k];
+        const real e_3 = e[36 + k];
+        const real e_4 = e[48 + k];
+        const real e_5 = e[60 + k];
+        const real s_v_n_0 = a_3 + e_3;
+        const real t_0 = dt * u_accel_n_0;
+        const real m_3 = R(0.5) * t_0 + s_v_n_0;
+        const real s_p_n_0 = a_0 + e_0;
+        const real s_v_n_1 = a_4 + e_4;
+        const real t_1 = dt * u_accel_n_1;
+        const real m_4 = R(0.5) * t_1 + s_v_n_1;
+        const real s_p_n_1 = a_1 + e_1;
+        const real s_v_n_2 = a_5 + e_5;
+        const real t_2 = dt * u_accel_n_2;
+        const real m_5 = R(0.5) * t_2 + s_v_n_2;
+        const real s_p_n_2 = a_2 + e_2;
+        e[0 + k] = dt * m_3 + s_p_n_0 - b_0;
+        e[12 + k] = dt * m_4 + s_p_n_1 - b_1;
+        e[24 + k] = dt * m_5 + s_p_n_2 - b_2;
+        e[36 + k] = s_v_n_0 + t_0 - b_3;
+        e[48 + k] = s_v_n_1 + t_1 - b_4;
+        e[60 + k] = s_v_n_2 + t_2 - b_5;
+    }
 }
 
 RN_INLINE void rn_uwb_3d_driven_measure_range(const real *x, const real *z, const real *p, real *h)
@@ -858,12 +942,12 @@ RN_INLINE void rn_uwb_3d_driven_correct(real *x, const real *z, const real *K, c
 }
 
 static const RN(sensor) rn_uwb_3d_driven_sensors[] = {
-    {"range", 1, 4, 1, rn_uwb_3d_driven_measure_range, rn_uwb_3d_driven_residual_range, rn_uwb_3d_driven_jacobian_range, rn_uwb_3d_driven_innovation_range, rn_uwb_3d_driven_update_range},
-    {"tdoa", 1, 7, 1, rn_uwb_3d_driven_measure_tdoa, rn_uwb_3d_driven_residual_tdoa, rn_uwb_3d_driven_jacobian_tdoa, rn_uwb_3d_driven_innovation_tdoa, rn_uwb_3d_driven_update_tdoa},
-    {"position", 3, 3, 3, rn_uwb_3d_driven_measure_position, rn_uwb_3d_driven_residual_position, rn_uwb_3d_driven_jacobian_position, rn_uwb_3d_driven_innovation_position, rn_uwb_3d_driven_update_position},
-    {"height", 1, 1, 1, rn_uwb_3d_driven_measure_height, rn_uwb_3d_driven_residual_height, rn_uwb_3d_driven_jacobian_height, rn_uwb_3d_driven_innovation_height, rn_uwb_3d_driven_update_height}};
+    {"range", 1, 4, 1, 6, rn_uwb_3d_driven_measure_range, rn_uwb_3d_driven_residual_range, rn_uwb_3d_driven_jacobian_range, rn_uwb_3d_driven_innovation_range, rn_uwb_3d_driven_update_range},
+    {"tdoa", 1, 7, 1, 6, rn_uwb_3d_driven_measure_tdoa, rn_uwb_3d_driven_residual_tdoa, rn_uwb_3d_driven_jacobian_tdoa, rn_uwb_3d_driven_innovation_tdoa, rn_uwb_3d_driven_update_tdoa},
+    {"position", 3, 3, 3, 3, rn_uwb_3d_driven_measure_position, rn_uwb_3d_driven_residual_position, rn_uwb_3d_driven_jacobian_position, rn_uwb_3d_driven_innovation_position, rn_uwb_3d_driven_update_position},
+    {"height", 1, 1, 1, 3, rn_uwb_3d_driven_measure_height, rn_uwb_3d_driven_residual_height, rn_uwb_3d_driven_jacobian_height, rn_uwb_3d_driven_innovation_height, rn_uwb_3d_driven_update_height}};
 static const RN(model) rn_uwb_3d_driven_model = {
-    RN_ABI, (int)sizeof(real), "uwb_3d_driven", 6, 6, 3, 2, 1, 4, rn_uwb_3d_driven_sensors,
-    rn_uwb_3d_driven_propagate, rn_uwb_3d_driven_predict, rn_uwb_3d_driven_transition, rn_uwb_3d_driven_inject, rn_uwb_3d_driven_inject_turned, rn_uwb_3d_driven_difference, rn_uwb_3d_driven_gain, rn_uwb_3d_driven_correct};
+    RN_ABI, (int)sizeof(real), "uwb_3d_driven", 6, 6, 3, 2, 1, 4, 6, rn_uwb_3d_driven_sensors,
+    rn_uwb_3d_driven_propagate, rn_uwb_3d_driven_predict, rn_uwb_3d_driven_transition, rn_uwb_3d_driven_noise, rn_uwb_3d_driven_inject, rn_uwb_3d_driven_inject_turned, rn_uwb_3d_driven_difference, rn_uwb_3d_driven_carry, rn_uwb_3d_driven_gain, rn_uwb_3d_driven_correct};
 
 #endif

@@ -220,6 +220,44 @@ RN_INLINE void rn_uwb_planar_transition(const real *x, const real *u, const real
     Q[35] = Q_5_5;
 }
 
+RN_INLINE void rn_uwb_planar_noise(const real *x, const real *u, const real *q, const real *p, real dt, real *Q)
+{
+    RN_UNUSED(x);
+    RN_UNUSED(u);
+    RN_UNUSED(p);
+    const real q_0 = q[0];
+    const real q_1 = q[1];
+    const real t_0 = R(0.3333333333333333) * (dt * dt * dt);
+    const real Q_0_0 = q_0 * t_0;
+    const real t_1 = R(0.5) * (dt * dt);
+    const real Q_0_2 = q_0 * t_1;
+    const real Q_2_2 = dt * q_0;
+    const real Q_4_4 = q_1 * t_0;
+    const real Q_4_5 = q_1 * t_1;
+    const real Q_5_5 = dt * q_1;
+    Q[0] = Q_0_0;
+    Q[1] = R(0.0);
+    Q[2] = Q_0_2;
+    Q[3] = R(0.0);
+    Q[4] = R(0.0);
+    Q[5] = R(0.0);
+    Q[6] = Q_0_0;
+    Q[7] = R(0.0);
+    Q[8] = Q_0_2;
+    Q[9] = R(0.0);
+    Q[10] = R(0.0);
+    Q[11] = Q_2_2;
+    Q[12] = R(0.0);
+    Q[13] = R(0.0);
+    Q[14] = R(0.0);
+    Q[15] = Q_2_2;
+    Q[16] = R(0.0);
+    Q[17] = R(0.0);
+    Q[18] = Q_4_4;
+    Q[19] = Q_4_5;
+    Q[20] = Q_5_5;
+}
+
 RN_INLINE void rn_uwb_planar_inject(real *x, const real *e)
 {
     const real s_p_n_0 = x[0];
@@ -284,6 +322,45 @@ RN_INLINE void rn_uwb_planar_difference(const real *a, const real *b, real *e)
     e[3] = a_3 - b_3;
     e[4] = a_4 - b_4;
     e[5] = a_5 - b_5;
+}
+
+RN_VECTORISED void rn_uwb_planar_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+{
+    RN_UNUSED(u);
+    RN_UNUSED(p);
+    const real a_0 = a[0];
+    const real a_1 = a[1];
+    const real a_2 = a[2];
+    const real a_3 = a[3];
+    const real a_4 = a[4];
+    const real a_5 = a[5];
+    const real b_0 = b[0];
+    const real b_1 = b[1];
+    const real b_2 = b[2];
+    const real b_3 = b[3];
+    const real b_4 = b[4];
+    for (int k = 0; k < 12; k++) {
+        const real e_0 = e[0 + k];
+        const real e_1 = e[12 + k];
+        const real e_2 = e[24 + k];
+        const real e_3 = e[36 + k];
+        const real e_4 = e[48 + k];
+        const real e_5 = e[60 + k];
+        const real s_p_n_0 = a_0 + e_0;
+        const real s_v_n_0 = a_2 + e_2;
+        const real t_0 = dt * s_v_n_0;
+        const real s_p_n_1 = a_1 + e_1;
+        const real s_v_n_1 = a_3 + e_3;
+        const real t_1 = dt * s_v_n_1;
+        const real s_yaw_0 = a_4 + e_4;
+        const real s_yaw_rate_0 = a_5 + e_5;
+        const real t_2 = dt * s_yaw_rate_0;
+        e[0 + k] = s_p_n_0 + t_0 - b_0;
+        e[12 + k] = s_p_n_1 + t_1 - b_1;
+        e[24 + k] = s_v_n_0 - b_2;
+        e[36 + k] = s_v_n_1 - b_3;
+        e[48 + k] = s_yaw_0 + t_2 - b_4;
+    }
 }
 
 RN_INLINE void rn_uwb_planar_measure_range(const real *x, const real *z, const real *p, real *h)
@@ -688,9 +765,9 @@ RN_INLINE void rn_uwb_planar_correct(real *x, const real *z, const real *K, cons
 }
 
 static const RN(sensor) rn_uwb_planar_sensors[] = {
-    {"range", 1, 11, 1, rn_uwb_planar_measure_range, rn_uwb_planar_residual_range, rn_uwb_planar_jacobian_range, rn_uwb_planar_innovation_range, rn_uwb_planar_update_range}};
+    {"range", 1, 11, 1, 6, rn_uwb_planar_measure_range, rn_uwb_planar_residual_range, rn_uwb_planar_jacobian_range, rn_uwb_planar_innovation_range, rn_uwb_planar_update_range}};
 static const RN(model) rn_uwb_planar_model = {
-    RN_ABI, (int)sizeof(real), "uwb_planar", 6, 6, 0, 2, 2, 1, rn_uwb_planar_sensors,
-    rn_uwb_planar_propagate, rn_uwb_planar_predict, rn_uwb_planar_transition, rn_uwb_planar_inject, rn_uwb_planar_inject_turned, rn_uwb_planar_difference, rn_uwb_planar_gain, rn_uwb_planar_correct};
+    RN_ABI, (int)sizeof(real), "uwb_planar", 6, 6, 0, 2, 2, 1, 5, rn_uwb_planar_sensors,
+    rn_uwb_planar_propagate, rn_uwb_planar_predict, rn_uwb_planar_transition, rn_uwb_planar_noise, rn_uwb_planar_inject, rn_uwb_planar_inject_turned, rn_uwb_planar_difference, rn_uwb_planar_carry, rn_uwb_planar_gain, rn_uwb_planar_correct};
 
 #endif

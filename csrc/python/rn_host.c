@@ -57,13 +57,13 @@ static int info(const void *opaque, rn_info *out)
     const RN(model) *m = opaque;
     if (m->abi != RN_ABI) return 1;
     if (m->real_bytes != (int)sizeof(real)) return 2;
-    if (m->nx > RN_MAX_STATE || m->ne > m->nx || m->nu > RN_MAX_INPUT || m->np > RN_MAX_PARAMETERS ||
+    if (m->nx > RN_MAX_STATE || m->ne > m->nx || m->moving > m->ne || m->nu > RN_MAX_INPUT || m->np > RN_MAX_PARAMETERS ||
         m->nq > RN_MAX_NOISES || m->nsensors > RN_HOST_SENSORS)
         return 3;
     *out = (rn_info){.nx = m->nx, .ne = m->ne, .nu = m->nu, .nq = m->nq, .np = m->np, .nsensors = m->nsensors, .name = m->name};
     for (int j = 0; j < m->nsensors; j++) {
         const RN(sensor) *one = &m->sensors[j];
-        if (one->size > RN_MAX_ROWS || one->rows > RN_MAX_ROWS || one->width > RN_MAX_READING) return 3;
+        if (one->size > RN_MAX_ROWS || one->rows > RN_MAX_ROWS || one->sees > m->ne || one->width > RN_MAX_READING) return 3;
         out->size[j] = m->sensors[j].size;
         out->width[j] = m->sensors[j].width;
         out->rows[j] = m->sensors[j].rows;

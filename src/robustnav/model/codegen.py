@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from robustnav.model.blocks import Model, Rotation, Sensor
-from robustnav.model.derive import Derivation, Exprs, Rows, matrix, product, quat_product, skew, transpose
+from robustnav.model.derive import Derivation, Exprs, Rows, matrix, product, skew
 from robustnav.model.discretize import Step
-from robustnav.model.pattern import gain_pattern
+from robustnav.model.manifold import difference, moved
+from robustnav.model.pattern import errors_moved, errors_seen, gain_pattern
 from robustnav.model.program import Program
 
 Outputs = list[tuple[str, Any]]
+MOTION, ERRORS = ("propagate", "predict", "transition", "noise"), ("inject", "inject_turned", "difference", "carry")
 
 
 def packed(i: int, j: int, n: int) -> int:
@@ -66,9 +68,11 @@ class Generator:
             self._propagate(),
             self._predict(),
             self._transition(),
+            self._noise(),
             self._inject("inject", turned=False),
             self._inject("inject_turned", turned=True),
             self._difference(),
+            self._carry(),
         ]
         for sensor in self.model.sensors:
             parts += [self._measure(sensor), self._residual(sensor), self._jacobian(sensor)]
@@ -102,13 +106,15 @@ class Generator:
         """One C function: inputs read first, outputs stored last, unused arguments named."""
         body = program.statements(outputs)
         text = "\n".join([*(line.split(" = ", 1)[1] for line in body), *tail])
-        used = [s for s in self.reads if re.search(rf"\b{s}\b", text)]
+        used = [s for s in self.reads if _names(s, text)]
         lines = [f"const real {s} = {self.reads[s]};" for s in used] + body + list(tail)
-        whole = "\n".join(lines)
-        arguments = re.findall(r"(\w+)(?:,|$)", signature)
-        unused = [f"RN_UNUSED({a});" for a in arguments if not re.search(rf"\b{a}\b", whole)]
         kind = "real" if any(line.startswith("return") for line in tail) else "void"
-        head = f"RN_INLINE {kind} rn_{self.model.name}_{name}({signature})\n{{\n"
+        return self._whole(f"RN_INLINE {kind}", name, signature, lines)
+
+    def _whole(self, kind: str, name: str, signature: str, lines: list[str]) -> str:
+        text, arguments = "\n".join(lines), re.findall(r"(\w+)(?:,|$)", signature)
+        unused = [f"RN_UNUSED({a});" for a in arguments if not _names(a, text)]
+        head = f"{kind} rn_{self.model.name}_{name}({signature})\n{{\n"
         return head + "".join(f"    {line}\n" for line in [*unused, *lines]) + "}\n"
 
     def _step(self) -> tuple[Program, Step]:
@@ -143,46 +149,53 @@ class Generator:
         signature = "const real *x, const real *u, const real *q, const real *p, real dt, real *F, real *Q"
         return self._function("transition", signature, program, outputs)
 
+    def _noise(self) -> str:
+        program, step = self._step()
+        _, Q = step.transition()
+        outputs = [(f"Q[{packed(i, j, self.n)}]", Q[i][j]) for i in range(self.n) for j in range(i, self.n)]
+        signature = "const real *x, const real *u, const real *q, const real *p, real dt, real *Q"
+        return self._function("noise", signature, program, outputs)
+
     def _inject(self, name: str, *, turned: bool) -> str:
         import symengine as se
 
         program = Program()
-        moved = self._moved(program, [se.Symbol(f"e_{i}") for i in range(self.n)], turned=turned)
-        return self._function(name, "real *x, const real *e", program, _store("x", [moved]))
-
-    def _moved(self, program: Program, error: Exprs, *, turned: bool) -> Exprs:
-        """Return x [+] e; ``turned``: body vectors of e are given in navigation axes."""
-        x, out = self.derivation.x, []
-        rotation = self.model.rotation
-        turned = turned and rotation is not None and rotation.error == "n"
-        for block in self.model.state:
-            part, e = x[self.model.state_slices[block.name]], error[self.model.error_slices[block.name]]
-            if isinstance(block, Rotation):
-                out += _inject_quaternion(program, part, e, block.error)
-            elif turned and block.frame == "b":
-                C_bn = transpose(matrix(self.derivation.quaternion(x)))
-                out += [a + r[0] for a, r in zip(part, product(C_bn, [[v] for v in e]), strict=True)]
-            else:
-                out += [a + v for a, v in zip(part, e, strict=True)]
-        return out
+        error = [se.Symbol(f"e_{i}") for i in range(self.n)]
+        x = moved(self.derivation, program, self.derivation.x, error, turned=turned)
+        return self._function(name, "real *x, const real *e", program, _store("x", [x]))
 
     def _difference(self) -> str:
+        a, b = self._states("a"), self._states("b")
+        program = Program()
+        outputs = _store("e", [difference(self.derivation, program, a, b)])
+        return self._function("difference", "const real *a, const real *b, real *e", program, outputs)
+
+    def _states(self, name: str) -> Exprs:
         import symengine as se
 
-        program, outputs = Program(), []
-        for block in self.model.state:
-            rows, columns = self.model.state_slices[block.name], self.model.error_slices[block.name]
-            a = [se.Symbol(f"a_{i}") for i in range(rows.start, rows.stop)]
-            b = [se.Symbol(f"b_{i}") for i in range(rows.start, rows.stop)]
-            if isinstance(block, Rotation):
-                inverse = [b[0], -b[1], -b[2], -b[3]]
-                d = quat_product(a, inverse) if block.error == "n" else quat_product(inverse, a)
-                w = program.let("half_w", d[0] / 2)
-                values = [v / w for v in d[1:]]
-            else:
-                values = [p - m for p, m in zip(a, b, strict=True)]
-            outputs += [(f"e[{columns.start + i}]", v) for i, v in enumerate(values)]
-        return self._function("difference", "const real *a, const real *b, real *e", program, outputs)
+        return [se.Symbol(f"{name}_{i}") for i in range(self.model.state_size)]
+
+    def _carry(self) -> str:
+        """Points x [+] e through a step and back to errors in one loop over them, for compilers to vectorise."""
+        import symengine as se
+
+        program, points = Program(), 2 * self.n
+        error = [se.Symbol(f"e_{i}") for i in range(self.n)]
+        start = moved(self.derivation, program, self._states("a"), error)
+        for symbol, value in zip(self.derivation.x, start, strict=True):
+            program.let(str(symbol), value)  # what Step starts from
+        stepped = Step(self.derivation, program, se.Symbol("dt")).state
+        apart = difference(self.derivation, program, stepped, self._states("b"))
+        column = {f"e_{i}": f"e[{i * points} + k]" for i in range(self.n)}
+        changed = errors_moved(self.model, self.derivation.x, stepped)
+        body = program.statements([(column[f"e_{i}"], apart[i]) for i in range(changed)])
+        text = "\n".join(line.split(" = ", 1)[1] for line in body)
+        used = [s for s in {**self.reads, **column} if s not in map(str, self.derivation.x) and _names(s, text)]
+        lines = [f"const real {s} = {self.reads[s]};" for s in used if s not in column]
+        inside = [f"const real {s} = {column[s]};" for s in used if s in column] + body
+        lines += [f"for (int k = 0; k < {points}; k++) {{", *(f"    {line}" for line in inside), "}"]
+        signature = "const real *a, const real *b, const real *u, const real *p, real dt, real *e"
+        return self._whole("RN_VECTORISED void", "carry", signature, lines)
 
     def fused_rows(self, sensor: Sensor, first: int = 0) -> tuple[Exprs, Rows]:
         """Return the residual rows a sensor is fused as and their Jacobian, for a reading that starts at z[first]."""
@@ -291,7 +304,8 @@ class Generator:
             program.let(f"de_{i}", sum(se.Symbol(f"K_{i * len(r) + j}") * v for j, v in enumerate(r) if pattern[j]))
             for i, pattern in enumerate(self._pattern)
         ]
-        outputs = _store("x", [self._moved(program, error, turned=True)]) + _store("r", [r])
+        x = moved(self.derivation, program, self.derivation.x, error, turned=True)
+        outputs = _store("x", [x]) + _store("r", [r])
         return self._function(
             "correct", "real *x, const real *z, const real *K, const real *p, real *r", program, outputs
         )
@@ -300,17 +314,18 @@ class Generator:
         m, name = self.model, self.model.name
         own = ("measure", "residual", "jacobian", "innovation", "update")
         sensors = ",\n".join(
-            f'    {{"{s.name}", {s.size}, {s.width}, {len(self.fused_rows(s)[0])}, '
+            f'    {{"{s.name}", {s.size}, {s.width}, '
+            f"{len(self.fused_rows(s)[0])}, {errors_seen(self.derivation, s.name)}, "
             f"{', '.join(f'rn_{name}_{function}_{s.name}' for function in own)}}}"
             for s in m.sensors
         )
-        sizes = (m.state_size, self.n, m.input_size, len(m.noises), len(m.parameters), len(m.sensors))
-        functions = ["propagate", "predict", "transition", "inject", "inject_turned", "difference", "gain", "correct"]
+        moving = errors_moved(m, self.derivation.x, self._step()[1].state)
+        sizes = (m.state_size, self.n, m.input_size, len(m.noises), len(m.parameters), len(m.sensors), moving)
         return (
             f"static const RN(sensor) rn_{name}_sensors[] = {{\n{sensors}}};\n"
             f"static const RN(model) rn_{name}_model = {{\n"
             f'    RN_ABI, (int)sizeof(real), "{name}", {", ".join(map(str, sizes))}, rn_{name}_sensors,\n'
-            f"    {', '.join(f'rn_{name}_{f}' for f in functions)}}};\n"
+            f"    {', '.join(f'rn_{name}_{f}' for f in (*MOTION, *ERRORS, 'gain', 'correct'))}}};\n"
         )
 
 
@@ -318,13 +333,8 @@ def _store(name: str, rows: Rows) -> Outputs:
     return [(f"{name}[{i * len(row) + j}]", e) for i, row in enumerate(rows) for j, e in enumerate(row)]
 
 
-def _inject_quaternion(program: Program, q: Exprs, e: Exprs, error: str) -> Exprs:
-    import symengine as se
-
-    turn = [se.Integer(1), *(v / 2 for v in e)]
-    moved = program.let_all("n", quat_product(turn, q) if error == "n" else quat_product(q, turn))
-    scale = program.let("scale", 1 / se.sqrt(sum(v * v for v in moved)))
-    return [v * scale for v in moved]
+def _names(symbol: str, text: str) -> bool:
+    return re.search(rf"\b{symbol}\b", text) is not None
 
 
 def _scalar_row(i: int, columns: list[int], n: int) -> list[str]:

@@ -1,11 +1,12 @@
-"""Which entries of a constant gain can differ from zero."""
+"""What the structure of a model alone tells: where a gain can be non-zero, which errors a step or a reading touches."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robustnav.model.derive import Derivation, Rows
+from robustnav.model.blocks import Model
+from robustnav.model.derive import Derivation, Exprs, Rows
 
 BoolMatrix = NDArray[np.bool_]
 
@@ -33,6 +34,22 @@ def gain_pattern(derivation: Derivation, H: list[Rows]) -> BoolMatrix:
         if (new == P).all():
             return gain
         P = new
+
+
+def errors_seen(derivation: Derivation, sensor: str) -> int:
+    """Return how many leading errors a reading depends on."""
+    H = derivation.on_error(derivation.h[sensor])
+    return max((j + 1 for row in H for j, e in enumerate(row) if e != 0), default=0)
+
+
+def errors_moved(model: Model, x: Exprs, stepped: Exprs) -> int:
+    """Return how many leading errors a step changes that takes the state from ``x`` to ``stepped``."""
+    moved = 0
+    for block in model.state:
+        part = model.state_slices[block.name]
+        if stepped[part] != x[part]:
+            moved = model.error_slices[block.name].stop
+    return moved
 
 
 def _nonzero(rows: Rows, at: dict[object, float]) -> BoolMatrix:
