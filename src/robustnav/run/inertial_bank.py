@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import SensorSeen
 from robustnav.filter.steps import pack, unpack
 from robustnav.frames import Array, euler_from_quat, rotation_error
@@ -18,23 +19,25 @@ from robustnav.run.loop import Start
 from robustnav.run.task import Task
 
 HOPELESS = 40.0  # a filter whose readings cost this much more than the best one's is given up
+AGREED = 1.5  # the heading's sd over all filters, in that of the best one, below which one Gaussian says it all
 CHUNK = 2.0  # s that all filters are run for before they are compared
 Piece = tuple[int, tuple[SensorSeen | None, ...]]  # a row, and what the readings behind it said
 
 
 @dataclass(frozen=True)
 class Search:
-    """What came of a bank begun at a row: its rows up to ``end``, where the heading was found or the recording ends.
+    """What came of a bank begun at a row: its rows up to ``end``, where its filters agree or the recording ends.
 
+    The heading was ``found`` at that row, None where it was not.
     ``x`` (m, nx) and packed ``P`` are of the best filter so far, its covariance reaching to the others; ``pieces`` are
-    what the readings said to it.  ``start`` is where the chosen one began, ``last`` its own
-    state and covariance at ``end``.  ``headings`` (k,) [rad] are those left, their ``shares`` (k,) how likely each is.
+    what the readings said to it.  ``start`` is where the chosen one began, ``last`` what all of them say at ``end``, in
+    one state and covariance.  ``headings`` (k,) [rad] are those left, their ``shares`` (k,) how likely each is.
     """
 
     x: Array
     P: Array
     end: int
-    found: bool
+    found: int | None
     start: Start
     last: Start
     pieces: tuple[Piece, ...]
@@ -43,7 +46,7 @@ class Search:
 
 
 def search(task: Task, row: int, starts: Sequence[Start], found_sd: float) -> Search:
-    """Follow filters from several starts at a row until their heading is known to ``found_sd`` [rad].
+    """Follow filters from several starts at a row until their heading is known to ``found_sd`` [rad] and they agree.
 
     Each is charged the Student-t cost of its readings; how likely it is follows from that, and with all of them the
     mean square of the heading about the best one's.  Nothing looks ahead: a row is what its past says.
@@ -52,6 +55,7 @@ def search(task: Task, row: int, starts: Sequence[Start], found_sd: float) -> Se
     begins, alive, costs, begin = list(starts), list(starts), np.zeros(len(starts)), row
     parts: list[tuple[Array, Array]] = []
     pieces: list[Piece] = []
+    found: int | None = None
     while True:
         stop = min(int(np.searchsorted(t, t[begin] + CHUNK)) + 1, len(t))
         chunk = replace(task, feed=Feed(t[:stop], task.feed.u[:stop], task.feed.sensors))
@@ -59,21 +63,26 @@ def search(task: Task, row: int, starts: Sequence[Start], found_sd: float) -> Se
         totals = costs[:, None] + np.array([evidence(chunk, begin, way) for way in ways])
         best, shares = np.argmin(totals, axis=0), _shares(totals)
         x, P = _mixed(model, ways, best, shares)
-        known = np.flatnonzero(_heading_sd(model, P)[1:] < found_sd)
-        last = int(known[0]) + 1 if known.size else stop - begin - 1
+        own = np.stack([way.P for way in ways])[best, np.arange(len(best))]
+        sd = _heading_sd(model, P)
+        known, agree = sd < found_sd, sd < AGREED * _heading_sd(model, own)
+        done = np.flatnonzero((known & agree)[1:])
+        last = int(done[0]) + 1 if done.size else stop - begin - 1
+        if found is None and known[1 : last + 1].any():
+            found = begin + 1 + int(np.argmax(known[1 : last + 1]))
         rows = slice(min(len(parts), 1), last + 1)  # a chunk's first row is the last one's end
         parts.append((x[rows], P[rows]))
         pieces += _said(ways, best[: last + 1], begin)
         ends = [Start(way.x[last], unpack(way.P[last])) for way in ways]
-        if known.size or stop == len(t):
+        if done.size or stop == len(t):
             chosen = int(best[last])
             return Search(
                 x=np.vstack([one for one, _ in parts]),
                 P=np.vstack([one for _, one in parts]),
                 end=begin + last,
-                found=bool(known.size),
+                found=found,
                 start=begins[chosen],
-                last=ends[chosen],
+                last=_merged(task, ends, chosen, shares[:, last]),
                 pieces=tuple(pieces),
                 headings=np.array([euler_from_quat(end.x[model.state_slices["q_nb"]])[2] for end in ends]),
                 shares=shares[:, last],
@@ -105,6 +114,15 @@ def _mixed(model: Model, ways: Sequence[Way], best: IntArray, shares: Array) -> 
         d = _difference(model, way.x, x)
         total += share[:, None, None] * (unpack(way.P) + d[:, :, None] * d[:, None, :])
     return x, np.array([pack(one) for one in total])
+
+
+def _merged(task: Task, ends: Sequence[Start], chosen: int, shares: Array) -> Start:
+    """Return the mean of what filters say, and the covariance about it."""
+    model, x = task.estimator.model, ends[chosen].x
+    d = _difference(model, np.stack([end.x for end in ends]), np.tile(x, (len(ends), 1)))
+    mean = shares @ d
+    P = sum(share * (end.P + np.outer(e - mean, e - mean)) for share, end, e in zip(shares, ends, d, strict=True))
+    return Start(functions_of(model, task.backend).inject(x, mean), P)
 
 
 def _difference(model: Model, x: Array, reference: Array) -> Array:

@@ -54,7 +54,7 @@ class InertialCourse:
         tilt = np.sqrt(starts[0].P[0, 0]) / DEG
         self.events.append(f"{words} and {tilt:.1f} deg of tilt, heading unknown")
         result = search(task, row, starts, self.found_sd)
-        self.events.append(_heading_words(t[result.end], result))
+        self.events.append(_heading_words(t, result))
         for begin, seen in result.pieces:
             self._hear(begin, seen)
         x, P = [result.x], [result.P]
@@ -96,12 +96,12 @@ class InertialCourse:
         )
 
 
-def _heading_words(t: float, result: Search) -> str:
+def _heading_words(t: Array, result: Search) -> str:
     best = int(np.argmax(result.shares))
-    if result.found:
-        return f"heading found at {t:.2f} s: {result.headings[best] / DEG:.0f} deg"
+    if result.found is not None:
+        return f"heading found at {t[result.found]:.2f} s: {result.headings[best] / DEG:.0f} deg"
     left = sorted(round(h / DEG) for h, s in zip(result.headings, result.shares, strict=True) if s > _LIKELY)
-    return f"heading not found by {t:.2f} s, left: {', '.join(f'{h}' for h in left)} deg"
+    return f"heading not found by {t[result.end]:.2f} s, left: {', '.join(f'{h}' for h in left)} deg"
 
 
 def _smoothed(task: Task, leg: InertialLeg) -> Run:

@@ -1,0 +1,179 @@
+"""Where the filter of a moving carrier starts: tilt, velocity and place from a window, whatever the manoeuvre.
+
+Seen from the body's axes at the window's end, gyro and accelerometer tell the integrals s(t) and x(t) of the specific
+force; satellite readings then say, with g gravity and t counted back from the end,
+
+    v(t) = v_end + g t + C s(t),     p(t) = p_end + v_end t + g t^2 / 2 + C x(t)
+
+which is linear in the end's velocity and place and in m = C u, where u is the direction of s over the window: the
+velocity and position integration formulae of Wu and Pan (2013), for one direction.  The rest of C is a turn about m,
+near the vertical, that no short window tells.  What of s and x is not along u counts as noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robustnav.filter.weighting import StudentT
+from robustnav.frames import Array, matrix_from_quat, quat_from_matrix, quat_from_rotvec, skew
+from robustnav.model.blocks import Model
+from robustnav.records import IntArray
+from robustnav.run.inertial_start import correlated, turned_to_last
+from robustnav.run.loop import Start
+from robustnav.run.moving_setting import GnssAiding, MovingStart
+from robustnav.run.task import Task
+
+_PASSES = 4  # of the reweighted fit
+_FEW = 3  # readings that a window needs
+_HERE = 0.01  # m, how well a carrier without positions knows that it starts at the origin
+_NONE = 1e-9  # sine of an angle that is none
+SENSORS = ("velocity", "position")
+
+
+@dataclass(frozen=True)
+class Window:
+    """What a window tells at its end.
+
+    ``place``, ``velocity`` and ``up_n`` (3,) [m], [m/s], [1]; ``cov`` (3, 3) of the three on each axis alike; ``up_b``
+    (3,) the direction in body axes that is ``up_n`` in navigation axes; ``force`` [m/s^2] the mean specific force along
+    it; ``seconds`` its length; ``agreed`` what its readings counted for on average, 1 where they fit.
+    """
+
+    place: Array
+    velocity: Array
+    up_n: Array
+    cov: Array
+    up_b: Array
+    force: float
+    seconds: float
+    agreed: float
+
+
+def window_at(task: Task, row: int, settings: MovingStart) -> Window | None:
+    """Return what the shortest window that ends at a row tells of tilt well enough, or None."""
+    seconds, begin = settings.window, task.feed.t[0]
+    while seconds <= settings.patience:
+        found = _fit(task, row, seconds)
+        if found is not None and np.sqrt(found.cov[2, 2]) <= settings.tilt_sd:
+            return found
+        if task.feed.t[row] - seconds <= begin:
+            return None
+        seconds *= 2
+    return None
+
+
+def moving_starts(task: Task, window: Window, aiding: GnssAiding, headings: int) -> list[Start]:
+    """Return a start for each heading, with the errors they have in common.
+
+    The attitude errs with ``up_n``, across it; with the biases, by which the direction was told wrong; and about it by
+    half the spacing of the headings.
+    """
+    model = task.estimator.model
+    m = window.up_n / np.linalg.norm(window.up_n)
+    spacing = 2 * np.pi / headings
+    part = model.error_slices
+    turn, velocity, place = part["q_nb"], part["v_n"], part["p_n"]
+    Z = model.start_covariance()
+    across = skew(m)
+    for a, first in ((place, 0), (velocity, 1)):
+        for b, second in ((place, 0), (velocity, 1)):
+            Z[a, b] = window.cov[first, second] * np.eye(3)
+        Z[turn, a] = window.cov[2, first] * across
+        Z[a, turn] = Z[turn, a].T
+    Z[turn, turn] = window.cov[2, 2] * across @ across.T + (spacing / 2) ** 2 * np.outer(m, m)
+    straight, out = _shortest_turn(window.up_b, m), []
+    for k in range(headings):
+        C_nb = matrix_from_quat(quat_from_rotvec(k * spacing * m)) @ straight
+        lever_n = C_nb @ np.asarray(aiding.lever_b)
+        blocks = {"q_nb": quat_from_matrix(C_nb), "v_n": window.velocity, "p_n": window.place - lever_n}
+        x = model.nominal_state()
+        for name, value in blocks.items():
+            x[model.state_slices[name]] = value
+        P = _with_drift(model, Z, -window.seconds / 2 * across @ across.T @ C_nb)
+        out.append(Start(x, correlated(model, P, across @ C_nb / window.force, lever_n)))
+    return out
+
+
+def _with_drift(model: Model, Z: Array, drift: Array) -> Array:
+    """Return a covariance with what the gyro's bias turned within the window, ``drift`` (3, 3) [s] times the bias."""
+    M = np.eye(len(Z))
+    M[model.error_slices["q_nb"], model.error_slices["gyro_bias"]] = drift
+    out: Array = M @ Z @ M.T
+    return out
+
+
+def _fit(task: Task, row: int, seconds: float) -> Window | None:
+    feed = task.feed
+    rows = np.flatnonzero(feed.whole[: row + 1] & (feed.t[: row + 1] >= feed.t[row] - seconds))
+    if len(rows) < _FEW:
+        return None
+    t, s, x = _integrals(task, rows)
+    total = float(np.linalg.norm(s[0]))
+    if total == 0:
+        return None
+    up_b = s[0] / -total
+    parts = [_rows(task, name, feed.t[row], t, told, up_b) for name, told in zip(SENSORS, (s, x), strict=True)]
+    if sum(len(A) for A, _, _ in parts) < _FEW:
+        return None
+    if not len(parts[1][0]):  # without positions, place is counted from the start
+        parts.append((np.eye(3)[:1], np.zeros((1, 3)), np.array([_HERE**2])))
+    A, Y, variances = (np.concatenate([one[k] for one in parts]) for k in range(3))
+    if np.linalg.matrix_rank(A) < 3:
+        return None
+    found, cov, agreed = _solved(A, Y, variances)
+    return Window(found[0], found[1], found[2], cov, up_b, total / -t[0], -float(t[0]), agreed)
+
+
+def _integrals(task: Task, rows: IntArray) -> tuple[Array, Array, Array]:
+    """Return times (m,) back from the last row, and once and twice integrated force (m, 3) in its axes, zero there."""
+    t = task.feed.t[rows] - task.feed.t[rows[-1]]
+    step = np.diff(t)[:, None]
+    rise = turned_to_last(task, rows)[1:] * step
+    s = np.vstack([-np.cumsum(rise[::-1], axis=0)[::-1], np.zeros(3)])
+    x = np.vstack([-np.cumsum(((s[1:] + s[:-1]) / 2 * step)[::-1], axis=0)[::-1], np.zeros(3)])
+    return t, s, x
+
+
+def _rows(task: Task, name: str, end: float, t: Array, told: Array, up_b: Array) -> tuple[Array, Array, Array]:
+    """Return a sensor's readings as rows (k, 3) on place, velocity and up, (k, 3) numbers by axis, (k,) variances."""
+    model = task.estimator.model
+    j = model.sensor_index(name)
+    data = task.feed.sensors[j]
+    if data is None:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    inside = (data.t > end + t[0]) & (data.t <= end) & np.isfinite(data.z).all(axis=1)
+    at, z = data.t[inside] - end, data.z[inside, :3]
+    along = np.array([np.interp(at, t, told[:, k]) for k in range(3)]).T
+    up = along @ up_b
+    one, zero = np.ones_like(at), np.zeros_like(at)
+    A = np.stack([one, at, up] if name == "position" else [zero, one, up], axis=1)
+    fallen = at**2 / 2 if name == "position" else at
+    gravity_n = np.array([0.0, 0.0, model.parameters["gravity"]])
+    aside = np.sum((along - np.outer(up, up_b)) ** 2, axis=1) / 2
+    variance = model.sensors[j].sd ** 2 + (aside.mean() if len(at) else 0.0)
+    return A, z - np.outer(fallen, gravity_n), np.full(len(at), variance)
+
+
+def _solved(A: Array, Y: Array, variances: Array) -> tuple[Array, Array, float]:
+    """Return solution (3, 3), its covariance (3, 3) on each axis, and the mean Student-t weight of the rows."""
+    weights, rule = np.ones(len(A)), StudentT()
+    for _ in range(_PASSES):
+        scaled = A * (weights / variances)[:, None]
+        cov = np.asarray(np.linalg.inv(A.T @ scaled), float)
+        found = cov @ scaled.T @ Y
+        squares = np.sum((Y - A @ found) ** 2, axis=1) / variances
+        weights = np.array([rule.weight(float(r), 3) for r in squares])
+    return found, cov, float(weights.mean())
+
+
+def _shortest_turn(a: Array, b: Array) -> Array:
+    """Return the rotation (3, 3) that takes unit vector ``a`` to ``b`` (3,) by the shortest way."""
+    axis = np.cross(a, b)
+    sine = float(np.linalg.norm(axis))
+    if sine < _NONE:  # any axis across serves a half turn
+        axis, sine = np.cross(a, np.eye(3)[np.argmin(np.abs(a))]), 0.0
+    angle = np.arctan2(sine, float(a @ b))
+    out: Array = matrix_from_quat(quat_from_rotvec(angle * axis / np.linalg.norm(axis)))
+    return out
