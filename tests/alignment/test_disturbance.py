@@ -17,10 +17,11 @@ def readings(seed, n=600):
 def test_lines_come_back_with_period_and_amplitude():
     t = 0.1 * np.arange(900)
     z = readings(1, 900) + np.outer(np.sin(0.7 * t), [0.3, 0.4]) + np.outer(np.cos(2.5 * t), [0.2, 0.0])
+    z += np.outer(np.sin(1.5 * t + 1), [0.0, 0.6])
     z[100:130] = np.nan
     found = disturbance_of(z, setup_of())
-    np.testing.assert_allclose(found.line_period, [2 * np.pi / 0.7, 2 * np.pi / 2.5], rtol=3e-3)
-    np.testing.assert_allclose(found.line_amplitude, [[0.3, 0.4], [0.2, 0.0]], atol=0.02)
+    np.testing.assert_allclose(found.line_period, 2 * np.pi / np.array([0.7, 1.5, 2.5]), rtol=3e-3)
+    np.testing.assert_allclose(found.line_amplitude, [[0.3, 0.4], [0.0, 0.6], [0.2, 0.0]], atol=0.02)
     np.testing.assert_allclose(found.mean, MEAN, atol=0.02)
     assert found.span == 60.0
     assert "2.70 m/s north, -2.00 m/s east" in found.words and "8.98 s (0.50 m/s)" in found.words

@@ -68,7 +68,7 @@ def test_an_odd_rate_and_jittering_stamps_lose_no_turn(jitter):
     turn = rotvec_from_quat(found.increments.rotation)[:, 2]
     np.testing.assert_allclose(turn, np.sin(found.t) - np.sin(found.t - 0.1), atol=1e-5)
     np.testing.assert_allclose(turn.sum(), np.sin(found.t[-1]) - np.sin(found.t[0] - 0.1), atol=1e-5)
-    assert found.increments.dt == 0.1
+    assert found.increments.dt == 0.1 and found.rate_hz == pytest.approx(286, rel=0.02)
 
 
 def test_periods_end_where_the_reference_is_read():
@@ -111,7 +111,7 @@ def test_a_lost_sample_is_a_gap_and_only_the_longest_piece_is_taken_when_asked(l
         values = log.streams["accel"].values.copy()
         values[99, 2] = np.nan
         log = changed(log, "accel", values=values)
-    with pytest.raises(InputError, match=r"1 gaps.*0.04 s after 1.980 s(.|\n)*--start 2.020 --stop 6.000"):
+    with pytest.raises(InputError, match=r"1 gap, the longest 0.04 s after 1.980 s(.|\n)*--start 2.020 --stop 6.000"):
         readings_of(log, 0.1)
     found = readings_of(log, 0.1, longest=True)
     assert found.t[0] - 0.1 == pytest.approx(2.0) and found.t[-1] == pytest.approx(6.0)

@@ -83,7 +83,7 @@ def readings_of(log: Log, period: float, *, longest: bool = False) -> Readings:
         raise InputError(
             "too short to align",
             place=log.source,
-            got=f"{t[-1] - t[0]:.3g} s of inertial samples",
+            got="; ".join([f"{t[-1] - t[0]:.3g} s of inertial samples", *cut]),
             expected=f"{LEVEL_TIME:g} s at least; a wind takes twelve to be told from a tilt",
         )
     every = max(1, round(period / interval))
@@ -208,7 +208,8 @@ def _whole(log: Log, t: Array, values: Array, *, longest: bool) -> tuple[Array, 
     best = int(np.argmax(t[last] - t[first]))
     start, stop = f"{t[first[best]]:.3f}", f"{t[last[best]]:.3f}"
     widest = int(gaps[np.argmax(np.diff(t)[gaps])])
-    found = f"{len(gaps)} gaps, the longest {t[widest + 1] - t[widest]:.4g} s after {t[widest]:.3f} s"
+    count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
+    found = f"{count}, the longest {t[widest + 1] - t[widest]:.4g} s after {t[widest]:.3f} s"
     if not longest:
         raise InputError(
             "gaps in gyro and accelerometer",

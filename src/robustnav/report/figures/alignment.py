@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from robustnav.frames import Array
+from robustnav.frames import Array, wrap_angle
+from robustnav.records import BoolArray
 from robustnav.report.drawing import Plot, band, caption, trace
-from robustnav.report.style import CYCLE, REFERENCE, add_legend, label_time, label_value, new_figure
-from robustnav.units import ARCMIN
+from robustnav.report.style import BAND_ALPHA, CYCLE, MUTED, REFERENCE, add_legend, label_time, label_value, new_figure
+from robustnav.units import ARCMIN, DEG, MILLI_G
 
 LINES = ("-", "--", ":")
+
+
+class RateUnit(NamedTuple):
+    """A unit to show a rate in: its name, and its size [rad/s]."""
+
+    name: str
+    size: float
 
 
 def tilt_courses(t: Array, middle: Mapping[str, Array], high: Mapping[str, Array], words: str) -> Plot:
@@ -88,3 +97,135 @@ def disturbance(t: Array, true: Array, found: Array, words: str) -> Plot:
     label_time(axes[-1])
     add_legend(figure, axes[0])
     return Plot(figure, caption([words], fewer))
+
+
+def tilt_radius(t: Array, radius: Array, goal: float, error: Array | None = None) -> Plot:
+    """Draw the radius within which tilt is claimed to be.
+
+    Parameters
+    ----------
+    t : (n,) times [s].
+    radius : (n,) 95 % [rad]; NaN where nothing was said.
+    goal : [rad].
+    error : (n,) size of the true error [rad], NaN where there is no truth.
+    """
+    figure, (axes,) = new_figure(1, row_in=2.6)
+    said = ~np.isnan(radius)
+    fewer = trace(axes, t[said], radius[said] / ARCMIN, label="Claimed, 95 %", color=CYCLE[0], linewidth=1.4)
+    words = ["Radius within which the tilt is with 95 %."]
+    if error is not None:
+        known = said & ~np.isnan(error)
+        fewer |= trace(axes, t[known], error[known] / ARCMIN, label="True error", color=REFERENCE, linewidth=0.9)
+        share = 100 * float(np.mean(error[known] <= radius[known])) if known.any() else float("nan")
+        words.append(
+            f"The true error is within it in {share:.1f} % of the readings; neighbouring ones are not independent."
+        )
+    axes.axhline(goal / ARCMIN, color=CYCLE[1], linestyle="--", linewidth=1.2, label=f"Goal, {goal / ARCMIN:g} arcmin")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    label_value(axes, "Tilt, arcmin")
+    label_time(axes)
+    add_legend(figure, axes)
+    return Plot(figure, caption(words, fewer))
+
+
+def heading_course(t: Array, heading: Array, sd: Array, observable: BoolArray, true: Array | None = None) -> Plot:
+    """Draw the heading with two standard deviations, and shade where it is not observable.
+
+    Parameters
+    ----------
+    t : (n,) times [s].
+    heading, sd : (n,) [rad]; NaN where nothing was said.
+    observable : (n,).
+    true : (n,) [rad], NaN where there is no truth.
+    """
+    figure, (axes,) = new_figure(1, row_in=2.6)
+    last, fewer = heading[-1] if observable.any() else 0.0, False
+    near = (last + wrap_angle(heading - last)) / DEG  # no jump at half a turn
+    for first, after in _runs(~observable):
+        edges = t[first], t[min(after, len(t) - 1)]
+        axes.axvspan(*edges, color=MUTED, alpha=BAND_ALPHA, linewidth=0, label="Not observable")
+    if observable.any():
+        seen, wide = near[observable], 2 * sd[observable] / DEG
+        fewer |= band(axes, t[observable], seen - wide, seen + wide, "±2 sd claimed")
+        line = {"color": CYCLE[0], "linewidth": 1.2, "label": "Estimate"}
+        fewer |= trace(axes, t[observable], seen, turn=360.0, **line)
+    if true is not None and not np.isnan(true).all():
+        known = ~np.isnan(true)
+        truth = (last + wrap_angle(true - last)) / DEG
+        fewer |= trace(axes, t[known], truth[known], turn=360.0, label="True", color=REFERENCE, linewidth=1.0)
+    axes.set_xlim(t[0], t[-1])
+    half = _heading_half(near, sd / DEG) if observable[-1] else 190.0
+    middle = near[-1] if observable.any() else 0.0
+    axes.set_ylim(middle - half, middle + half)
+    label_value(axes, "Heading, deg")
+    label_time(axes)
+    add_legend(figure, axes)
+    words = ["Heading of the forward axis, where it is observable."]
+    return Plot(figure, caption(words + ["It never is."] * (not observable.any()), fewer))
+
+
+def wind_course(t: Array, reference: Array, found: Array, true: Array | None = None) -> Plot:
+    """Draw readings of the reference velocity and the disturbance found in them, north and east.
+
+    Parameters
+    ----------
+    t : (n,) times [s].
+    reference, found : (n, 2) [m/s]; NaN where missing.
+    true : (n, 2) what disturbed the reference [m/s].
+    """
+    figure, axes = new_figure(2, row_in=1.7)
+    beyond, fewer = np.zeros(len(t), bool), False
+    for k, (one, label) in enumerate(zip(axes, ("North, m/s", "East, m/s"), strict=True)):
+        middle = float(np.nanmedian(found[:, k]))
+        half = 1.6 * float(np.nanmax(np.abs(found[:, k] - middle))) + 0.2  # gusts would make everything else small
+        beyond |= np.abs(reference[:, k] - middle) > half
+        one.plot(t, reference[:, k], ".", markersize=2.5, color=MUTED, label="Readings")
+        if true is not None:
+            fewer |= trace(one, t, true[:, k], label="True", color=REFERENCE, linewidth=1.0)
+        said = ~np.isnan(found[:, k])
+        fewer |= trace(one, t[said], found[said, k], label="Found", color=CYCLE[1], linewidth=1.2)
+        one.set_ylim(middle - half, middle + half)
+        label_value(one, label)
+    label_time(axes[-1])
+    add_legend(figure, axes[0])
+    words = ["Reference velocity and what of it is disturbance and not noise."]
+    return Plot(figure, caption([*words, f"{beyond.sum()} readings lie beyond the axes." * bool(beyond.any())], fewer))
+
+
+def bias_courses(t: Array, gyro: tuple[Array, Array | None], accel: tuple[Array, Array | None], unit: RateUnit) -> Plot:
+    """Draw gyro and accelerometer biases over time.
+
+    Parameters
+    ----------
+    t : (n,) times [s].
+    gyro, accel : estimate (n, 3) [rad/s], [m/s^2], and the truth where it is known.
+    unit : of the gyro's axis.
+    """
+    figure, axes = new_figure(2, row_in=1.9)
+    fewer, true = False, False
+    parts = ((gyro, unit.size, f"Gyro bias, {unit.name}"), (accel, MILLI_G, "Accelerometer bias, mg"))
+    for one, ((found, known), size, label) in zip(axes, parts, strict=True):
+        said = ~np.isnan(found[:, 0])
+        for k, axis in enumerate("xyz"):
+            fewer |= trace(one, t[said], found[said, k] / size, label=axis, color=CYCLE[k], linewidth=1.2)
+            if known is not None:
+                true = True
+                fewer |= trace(one, t, known[:, k] / size, color=CYCLE[k], linestyle="--", linewidth=0.9)
+        label_value(one, label)
+    label_time(axes[-1])
+    figure.align_ylabels(axes)
+    add_legend(figure, axes[0])
+    return Plot(figure, caption(["Biases found, the true ones dashed." if true else "Biases found."], fewer))
+
+
+def _runs(where: BoolArray) -> list[tuple[int, int]]:
+    """Return first and one past the last index of each run of true values."""
+    edges = np.flatnonzero(np.diff(where.astype(int), prepend=0, append=0))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _heading_half(near: Array, sd: Array) -> float:
+    """Return how far the axis goes to either side: to show the last half, and no less than what is claimed there."""
+    half = slice(len(near) // 2, None)
+    return 1.3 * float(np.nanmax(np.abs(near[half] - near[-1]) + 2 * sd[half]))
