@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import sqrt
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,7 +25,7 @@ from robustnav.units import DEG, DEG_PER_HOUR, DPS, MILLI_G
 )
 def test_a_grade_is_the_published_setting(text, gyro, accel):
     expected = AlignSetup.published(gyro, accel, 32 * DEG)
-    assert vars(setup_of_grade(text, 32 * DEG)) == pytest.approx(vars(expected), rel=1e-12)
+    np.testing.assert_allclose(setup_of_grade(text, 32 * DEG).numbers, expected.numbers, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
