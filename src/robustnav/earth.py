@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import atan2, cos, degrees, hypot, sin, sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robustnav.errors import InputError
 from robustnav.frames import Array
@@ -86,3 +87,36 @@ def magnetic_field(latitude_deg: float, longitude_deg: float, height: float, yea
     model = GeoMag(coefficients_file=files[int(year // 5) * 5])
     result = model.calculate(glat=latitude_deg, glon=longitude_deg, alt=height / 1000.0, time=year)
     return MagneticField(np.array([result.x, result.y, result.z]) * NANO_TESLA)
+
+
+def ecef_from_geodetic(place: ArrayLike) -> Array:
+    """Return positions (..., 3) [m] in Earth-centred Earth-fixed axes of geodetic places.
+
+    Parameters
+    ----------
+    place : (..., 3) latitude [rad], longitude [rad], height above the ellipsoid [m].
+
+    NIMA TR8350.2, equation 4-14.
+    """
+    latitude, longitude, height = np.moveaxis(np.asarray(place, float), -1, 0)
+    normal = SEMI_MAJOR / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(latitude) ** 2)
+    level = (normal + height) * np.cos(latitude)
+    up = (normal * (1 - ECCENTRICITY_SQUARED) + height) * np.sin(latitude)
+    return np.stack([level * np.cos(longitude), level * np.sin(longitude), up], axis=-1)
+
+
+def ned_from_geodetic(place: ArrayLike, origin: ArrayLike) -> Array:
+    """Return positions (..., 3) [m] north, east and down of ``origin``, in the axes that are level there.
+
+    Straight axes: 1 km off they are 0.08 m, 10 km off 8 m above the level surface through the origin.
+
+    Parameters
+    ----------
+    place : (..., 3) latitude [rad], longitude [rad], height above the ellipsoid [m].
+    origin : (3,) likewise.
+    """
+    latitude, longitude, _ = np.asarray(origin, float)
+    sl, cl, so, co = np.sin(latitude), np.cos(latitude), np.sin(longitude), np.cos(longitude)
+    C_ne = np.array([[-sl * co, -sl * so, cl], [-so, co, 0.0], [-cl * co, -cl * so, -sl]])
+    out: Array = (ecef_from_geodetic(place) - ecef_from_geodetic(origin)) @ C_ne.T
+    return out

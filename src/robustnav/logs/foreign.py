@@ -16,14 +16,18 @@ from robustnav.frames import (
 )
 from robustnav.logs.cells import Cells, block, check_order, check_unit, split
 from robustnav.logs.files import read_text, unusable
+from robustnav.logs.gnss import CONVENTION, FIX_3D, Fixes, gnss_streams
 from robustnav.logs.layout import SENSOR_FRAMES, SENSOR_UNITS
 from robustnav.logs.mapping import (
     FACTORS,
+    HEIGHT_FACTORS,
+    PLACE_FACTORS,
     AttitudeColumns,
+    LevelColumns,
     Mapping,
+    PlaceColumns,
     SensorColumns,
     TimeColumn,
-    VelocityColumns,
     load_mapping,
 )
 from robustnav.records import Array, Log, Stream, Truth
@@ -45,10 +49,12 @@ def read_foreign(path: Path, mapping_path: Path) -> Log:
     cells = split(path, text, delimiter=mapping.delimiter, skip_lines=mapping.skip_lines)
     t, origin = _time(cells, mapping.time)
     streams = [_stream(cells, t, name, sensor) for name, sensor in mapping.sensors().items()]
-    if mapping.velocity is not None:
-        streams.append(_velocity(cells, t, mapping.velocity))
+    streams += [_level(cells, t, name, part) for name, part in mapping.levels().items()]
+    skipped = [f"column {name!r}: not in the mapping" for name in cells.names if name not in _used(mapping)]
+    place, where = _place(cells, t, mapping.gnss_place, skipped)
+    streams += place
     if not streams:
-        raise unusable(mapping_path, "no sensor", "[gyro], [accel], [mag] or [velocity]")
+        raise unusable(mapping_path, "no sensor", "[gyro], [accel], [mag], [velocity] or [gnss_...]")
     attitude = mapping.attitude
     states = _attitude(cells, t, attitude) if attitude else None
     return Log(
@@ -58,8 +64,8 @@ def read_foreign(path: Path, mapping_path: Path) -> Log:
         origin_ns=origin,
         truth=states if attitude and attitude.role == "truth" else None,
         estimate=states if attitude and attitude.role == "estimate" else None,
-        skipped=tuple(f"column {name!r}: not in the mapping" for name in cells.names if name not in _used(mapping)),
-        info={"format": "table with mapping"},
+        skipped=tuple(skipped),
+        info={"format": "table with mapping", **where},
     )
 
 
@@ -88,12 +94,28 @@ def _stream(cells: Cells, t: Array, name: str, sensor: SensorColumns) -> Stream:
     return Stream(name, t[there], frd_from_flu(values) if sensor.frame == "FLU" else values, SENSOR_UNITS[name])
 
 
-def _velocity(cells: Cells, t: Array, velocity: VelocityColumns) -> Stream:
-    values, there = block(cells, velocity.columns)
-    values = values * FACTORS["velocity"][velocity.unit]
-    if velocity.frame == "ENU":
+def _level(cells: Cells, t: Array, name: str, part: LevelColumns) -> Stream:
+    values, there = block(cells, part.columns)
+    values = values * FACTORS[name][part.unit]
+    if part.frame == "ENU":
         values = values[:, [1, 0, 2][: values.shape[1]]] * [1, 1, -1][: values.shape[1]]
-    return Stream("velocity", t[there], values, SENSOR_UNITS["velocity"], SENSOR_FRAMES["velocity"])
+    return Stream(name, t[there], values, SENSOR_UNITS[name], SENSOR_FRAMES[name])
+
+
+def _place(
+    cells: Cells, t: Array, place: PlaceColumns | None, skipped: list[str]
+) -> tuple[list[Stream], dict[str, str | float]]:
+    if place is None:
+        return [], {}
+    values, there = block(cells, place.columns)
+    scale = PLACE_FACTORS[place.unit]
+    fixed = np.ones(len(values), bool)
+    if place.fix_column is not None:
+        fixed = cells.numbers(place.fix_column)[0][there] >= FIX_3D
+    degrees = values * [scale, scale, HEIGHT_FACTORS[place.height_unit]]
+    streams, where = gnss_streams(Fixes(t[there], fixed, degrees, None), skipped)
+    latitude = {"latitude_deg": where["origin_latitude_deg"]} if where else {}
+    return streams, {**where, **latitude}
 
 
 def _attitude(cells: Cells, t: Array, attitude: AttitudeColumns) -> Truth:
@@ -108,15 +130,16 @@ def _attitude(cells: Cells, t: Array, attitude: AttitudeColumns) -> Truth:
 
 def _conventions(mapping: Mapping) -> tuple[str, ...]:
     lines = [f"{name}: {s.frame}, {s.unit}, sign {s.sign:+d}" for name, s in mapping.sensors().items()]
-    if v := mapping.velocity:
-        lines.append(f"velocity: {v.frame}, {v.unit}")
+    lines += [f"{name}: {part.frame}, {part.unit}" for name, part in mapping.levels().items()]
+    if p := mapping.gnss_place:
+        lines += [f"gnss_place: {p.unit}, {p.height_unit}", CONVENTION]
     if a := mapping.attitude:
         lines.append(f"attitude: {a.body} to {a.world}, {a.order}, {a.direction}, {a.north} north")
     return tuple(lines)
 
 
 def _used(mapping: Mapping) -> set[str]:
-    used = {name for sensor in mapping.sensors().values() for name in sensor.columns}
-    for part in (mapping.velocity, mapping.attitude):
-        used |= set(part.columns) if part else set()
-    return used | ({mapping.time.column} if mapping.time.column else set())
+    parts = [*mapping.sensors().values(), *mapping.levels().values(), mapping.gnss_place, mapping.attitude]
+    used = {name for part in parts if part for name in part.columns}
+    fix = mapping.gnss_place.fix_column if mapping.gnss_place else None
+    return used | {name for name in (fix, mapping.time.column) if name}

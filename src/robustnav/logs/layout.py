@@ -2,9 +2,10 @@
 
 ``t_s`` comes first.  A sensor's column is ``<stream>_<axis>_<unit>``: ``gyro_x_rad_s``, ``accel_z_m_s2``, ``mag_y_t``,
 ``range_0_m``.  A velocity measured from outside, by GNSS or at a mooring, is ``velocity_north_m_s``,
-``velocity_east_m_s`` and, where known, ``velocity_down_m_s``.  Reference states are ``q_nb_w`` .. ``q_nb_z``,
-``p_n_x_m`` .., ``v_n_x_m_s`` .. and ``moving`` (0 or 1); with ``estimate_`` before them they are a recorder's own
-estimate.  All vectors are in body FRD or navigation NED.
+``velocity_east_m_s`` and, where known, ``velocity_down_m_s``; a receiver's on a carrier that moves are
+``gnss_velocity_north_m_s`` .. and ``gnss_position_north_m`` .. about any origin.  Reference states are ``q_nb_w`` ..
+``q_nb_z``, ``p_n_x_m`` .., ``v_n_x_m_s`` .. and ``moving`` (0 or 1); with ``estimate_`` before them they are a
+recorder's own estimate.  All vectors are in body FRD or navigation NED.
 
 Streams keep their own rates: a stream has a sample in the rows where one of its cells is filled.  An empty cell is
 missing; ``nan`` marks a sample whose reading is missing.  Before the header may stand ``# robustnav table 1`` and one
@@ -22,8 +23,17 @@ TITLE = "# robustnav table 1"
 TIME = "t_s"
 MOVING = "moving"
 UNITS = {"rad/s": "rad_s", "m/s^2": "m_s2", "T": "t", "m": "m", "m/s": "m_s", "rad": "rad", "Pa": "pa", "K": "k"}
-SENSOR_UNITS = {"gyro": "rad/s", "accel": "m/s^2", "mag": "T", "velocity": "m/s"}
-SENSOR_FRAMES = {"velocity": "n"}  # every other stream is in b unless the line of JSON says otherwise
+SENSOR_UNITS = {
+    "gyro": "rad/s",
+    "accel": "m/s^2",
+    "mag": "T",
+    "velocity": "m/s",
+    "gnss_velocity": "m/s",
+    "gnss_position": "m",
+}
+SENSOR_FRAMES = dict.fromkeys(
+    ("velocity", "gnss_velocity", "gnss_position"), "n"
+)  # every other stream is in b unless the line of JSON says otherwise
 NED = ("north", "east", "down")
 ROLES = {"truth": "", "estimate": "estimate_"}  # role -> what stands before its columns
 STATES = {

@@ -23,6 +23,19 @@
     columns = ["ve", "vn"]              # two horizontal ones, or three
     unit = "kn"                         # m/s, km/h, kn
     frame = "ENU"                       # NED, ENU: the order of the columns above
+    [gnss_velocity]
+    columns = ["ve", "vn", "vu"]
+    unit = "m/s"                        # m/s, cm/s, mm/s, km/h, kn
+    frame = "ENU"
+    [gnss_position]                     # or [gnss_place] with latitude, longitude, height
+    columns = ["e", "n", "u"]
+    unit = "m"                          # m, cm, mm
+    frame = "ENU"
+    [gnss_place]
+    columns = ["lat", "lon", "alt"]     # in this order
+    unit = "deg"                        # deg, 1e-7deg, rad: of latitude and longitude
+    height_unit = "m"                   # m, mm
+    fix_column = "fix"                  # optional: rows whose number there is below 3 have no fix
     [attitude]
     columns = ["qw", "qx", "qy", "qz"]
     order = "wxyz"                      # wxyz, xyzw: the order of the columns above
@@ -44,6 +57,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from robustnav.logs.files import read_text, unusable
 from robustnav.units import (
+    DEG,
     DPS,
     GAUSS,
     KILOMETRE_PER_HOUR,
@@ -55,12 +69,17 @@ from robustnav.units import (
     STANDARD_GRAVITY,
 )
 
+_SPEEDS = {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3, "km/h": KILOMETRE_PER_HOUR, "kn": KNOT}
 FACTORS = {
     "gyro": {"rad/s": 1.0, "deg/s": DPS, "mrad/s": 1e-3},
     "accel": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": MILLI_G},
     "mag": {"T": 1.0, "uT": MICRO_TESLA, "nT": NANO_TESLA, "G": GAUSS, "mG": MILLI_GAUSS},
-    "velocity": {"m/s": 1.0, "km/h": KILOMETRE_PER_HOUR, "kn": KNOT},
+    "velocity": _SPEEDS,
+    "gnss_velocity": _SPEEDS,
+    "gnss_position": {"m": 1.0, "cm": 0.01, "mm": 1e-3},
 }
+PLACE_FACTORS = {"deg": 1.0, "1e-7deg": 1e-7, "rad": 1 / DEG}
+HEIGHT_FACTORS = {"m": 1.0, "mm": 1e-3}
 Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
 
 
@@ -91,12 +110,21 @@ class SensorColumns(_Table):
     sign: Literal[1, -1] = 1
 
 
-class VelocityColumns(_Table):
-    """Two or three columns of a velocity against the ground, their unit and frame."""
+class LevelColumns(_Table):
+    """Two or three columns of a velocity against the ground or of a position, their unit and frame."""
 
     columns: Annotated[tuple[str, ...], Field(min_length=2, max_length=3)]
     unit: str
     frame: Literal["NED", "ENU"]
+
+
+class PlaceColumns(_Table):
+    """Latitude, longitude and height, their units, and the column that says what is a fix."""
+
+    columns: tuple[str, str, str]
+    unit: Literal["deg", "1e-7deg", "rad"]
+    height_unit: Literal["m", "mm"]
+    fix_column: str | None = None
 
 
 class AttitudeColumns(_Table):
@@ -119,17 +147,21 @@ class Mapping(_Table):
     gyro: SensorColumns | None = None
     accel: SensorColumns | None = None
     mag: SensorColumns | None = None
-    velocity: VelocityColumns | None = None
+    velocity: LevelColumns | None = None
+    gnss_velocity: LevelColumns | None = None
+    gnss_position: LevelColumns | None = None
+    gnss_place: PlaceColumns | None = None
     attitude: AttitudeColumns | None = None
     delimiter: Annotated[str, Field(pattern=r"^[,;\t |]$")] = ","
     skip_lines: Annotated[int, Field(ge=0, le=1000)] = 0
 
     @model_validator(mode="after")
     def _known_units(self) -> Mapping:
-        parts = self.sensors() | ({"velocity": self.velocity} if self.velocity else {})
-        for name, sensor in parts.items():
-            if sensor.unit not in FACTORS[name]:
-                raise ValueError(f"{name}.unit {sensor.unit!r}: one of {', '.join(FACTORS[name])}")
+        for name, part in (self.sensors() | self.levels()).items():
+            if part.unit not in FACTORS[name]:
+                raise ValueError(f"{name}.unit {part.unit!r}: one of {', '.join(FACTORS[name])}")
+        if self.gnss_position is not None and self.gnss_place is not None:
+            raise ValueError("give gnss_position or gnss_place, not both")
         return self
 
     def sensors(self) -> dict[str, SensorColumns]:
@@ -137,10 +169,17 @@ class Mapping(_Table):
         parts = {"gyro": self.gyro, "accel": self.accel, "mag": self.mag}
         return {name: part for name, part in parts.items() if part is not None}
 
+    def levels(self) -> dict[str, LevelColumns]:
+        """Return the velocities and positions in level axes that the mapping names."""
+        parts = {name: getattr(self, name) for name in ("velocity", "gnss_velocity", "gnss_position")}
+        return {name: part for name, part in parts.items() if part is not None}
+
 
 def load_mapping(path: Path) -> Mapping:
     """Return the mapping in a TOML file; raise ``InputError`` naming all its mistakes at once."""
-    expected = "a mapping: [time], and [gyro] [accel] [mag] [velocity] [attitude] as far as the table has them"
+    expected = (
+        "a mapping: [time], and [gyro] [accel] [mag] [velocity] [gnss_...] [attitude] as far as the table has them"
+    )
     text = read_text(path, expected)
     try:
         return Mapping.model_validate(tomllib.loads(text))

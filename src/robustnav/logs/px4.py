@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from robustnav.frames import quat_normalize
 from robustnav.logs.files import unusable
+from robustnav.logs.gnss import CONVENTION, gnss_streams
+from robustnav.logs.px4_gnss import TOPICS, fixes_of
 from robustnav.logs.px4_info import describe
 from robustnav.logs.ulog_file import load_ulog
 from robustnav.logs.unit_check import not_unit
@@ -25,6 +27,7 @@ CONVENTIONS = (
     "body FRD, navigation NED, quaternion w first, body to navigation: unchanged",
     "gyro and accelerometer as published: calibrated, board levelling applied, averaged over their interval",
     "magnetometer gauss to tesla, microseconds since boot to seconds since the first IMU sample",
+    CONVENTION,
 )
 
 
@@ -71,7 +74,8 @@ def read_px4(path: Path) -> Log:
 
     Streams ``gyro`` and ``accel`` from ``sensor_combined``, ``mag`` from ``vehicle_magnetometer`` or, in old layouts,
     from ``sensor_combined`` without its repeated samples.  ``estimate`` is ``vehicle_attitude``, ``truth`` the
-    ``vehicle_attitude_groundtruth`` of a simulator.
+    ``vehicle_attitude_groundtruth`` of a simulator.  ``gnss_velocity`` and ``gnss_position`` are
+    ``vehicle_gps_position`` or ``sensor_gps``, rows without a 3-D fix NaN.
 
     Raises
     ------
@@ -91,10 +95,12 @@ def read_px4(path: Path) -> Log:
     if file.incomplete:
         info["incomplete"] = file.incomplete
         skipped.append(file.incomplete)
-    north = "true" if float(info.get("declination_deg", 0.0)) else "magnetic"
     streams = _streams(imu, topics, origin, skipped)
+    gnss, where = _gnss(topics, origin, skipped)
+    info.update(where)
+    north = "true" if float(info.get("declination_deg", 0.0)) else "magnetic"
     return Log(
-        streams={s.name: s for s in streams},
+        streams={s.name: s for s in (*streams, *gnss)},
         source=path.name,
         conventions=CONVENTIONS,
         origin_ns=origin * 1000,
@@ -122,6 +128,17 @@ def _streams(imu: Topic, topics: Mapping[str, Topic], origin: int, skipped: list
     if f"baro_{RELATIVE}" in imu.columns and (imu.column(f"baro_{RELATIVE}") == NO_STAMP).all():
         skipped.append("barometer: invalid in every row")
     return streams
+
+
+def _gnss(topics: Mapping[str, Topic], origin: int, skipped: list[str]) -> tuple[list[Stream], dict[str, str | float]]:
+    gps = next((topics[name] for name in TOPICS if name in topics), None)
+    if gps is None or gps.useless_stamps():
+        return [], {}
+    fixes = fixes_of(gps, _seconds(_measured(gps), origin))
+    if fixes is None:
+        skipped.append(f"{gps.name}: it does not say which rows are fixes")
+        return [], {}
+    return gnss_streams(fixes, skipped)
 
 
 RELATIVE = "timestamp_relative"

@@ -5,23 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-FIX_3D = 3
+from robustnav.logs.px4_gnss import ELLIPSOID, LATITUDE, LONGITUDE, TOPICS, Columns, claims_of, first_of, fixed_rows
+
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 ESTIMATORS = {1: "attitude_estimator_q with LPE, not EKF2", 2: "EKF2", 3: "attitude_estimator_q, not EKF2"}
-
-
-class Columns(Protocol):
-    """A topic as far as this file needs it."""
-
-    @property
-    def columns(self) -> Mapping[str, NDArray[np.generic]]: ...  # noqa: D102
-
-    def column(self, field: str) -> NDArray[np.float64]: ...  # noqa: D102
 
 
 def describe(log: Any, topics: Mapping[str, Columns]) -> dict[str, str | float]:
@@ -35,10 +26,9 @@ def describe(log: Any, topics: Mapping[str, Columns]) -> dict[str, str | float]:
     dropouts = [float(d.duration) for d in log.dropouts]
     if dropouts:
         info.update(dropouts=float(len(dropouts)), dropout_ms=sum(dropouts))
-    for name in ("vehicle_gps_position", "sensor_gps"):
-        if name in topics:
-            info.update(_position(topics[name]))
-            break
+    gps = next((topics[name] for name in TOPICS if name in topics), None)
+    if gps is not None:
+        info |= _position(gps) | claims_of(gps)
     return info
 
 
@@ -67,24 +57,14 @@ def _parameter(log: Any, name: str) -> float | None:
 
 def _position(gps: Columns) -> dict[str, str | float]:
     """Return position, height above the ellipsoid and decimal year: medians over samples with a 3-D fix."""
-    if "fix_type" not in gps.columns:
-        return {}
-    fixed = gps.column("fix_type") >= FIX_3D
-    if not fixed.any():
+    fixed = fixed_rows(gps)
+    if fixed is None or not fixed.any():
         return {}
     out: dict[str, str | float] = {}
-    sources = {
-        "latitude_deg": (("latitude_deg", 1.0), ("lat", 1e-7)),
-        "longitude_deg": (("longitude_deg", 1.0), ("lon", 1e-7)),
-        "height_m": (("altitude_ellipsoid_m", 1.0), ("alt_ellipsoid", 1e-3)),
-    }
-    for key, candidates in sources.items():
-        for field, factor in candidates:
-            if field in gps.columns:
-                value = float(np.median(gps.column(field)[fixed])) * factor
-                if math.isfinite(value):
-                    out[key] = value
-                break
+    for key, candidates in (("latitude_deg", LATITUDE), ("longitude_deg", LONGITUDE), ("height_m", ELLIPSOID)):
+        column = first_of(gps, candidates)
+        if column is not None and np.isfinite(value := float(np.median(column[fixed]))):
+            out[key] = value
     if "time_utc_usec" in gps.columns:
         year = _year(float(np.median(gps.column("time_utc_usec")[fixed])))
         if year is not None:

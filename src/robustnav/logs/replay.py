@@ -7,21 +7,24 @@ from pathlib import Path
 import numpy as np
 
 from robustnav.logs.files import read_text, unusable
+from robustnav.logs.gnss import CONVENTION, Fixes, gnss_streams
 from robustnav.records import Array, Log, Stream
 from robustnav.units import GAUSS, US
 
+GPS_UNITS = (1e-7, 1e-7, 1e-3)  # of latitude, longitude and altitude, in degrees and metres
 EXPECTED = "rows of time_us, sensor, values as in a PX4-ECL replay table"
 WIDTHS = {"imu": 6, "mag": 3, "gps": 6}
 LAST_STAMP = 2**53  # us
 CONVENTIONS = (
     "body FRD; an imu row holds the accelerometer first, then the gyro",
     "magnetometer gauss to tesla; gps rows hold altitude, longitude, latitude in this order",
+    CONVENTION,
 )
 Rows = dict[str, tuple[list[int], list[list[float]]]]
 
 
 def read_replay(path: Path) -> Log:
-    """Return a replay table: streams gyro, accel, mag, and the median position of its gps rows.
+    """Return a replay table: streams gyro, accel, mag, gnss_velocity and gnss_position; every gps row counts as a fix.
 
     Raises
     ------
@@ -37,11 +40,16 @@ def read_replay(path: Path) -> Log:
         tm, mag = _arrays(rows, "mag", origin)
         streams.append(Stream("mag", tm, mag * GAUSS, "T"))
     info: dict[str, str | float] = {"format": "PX4-ECL replay"}
+    skipped = [f"{name}: {count} rows" for name, count in sorted(other.items())]
     if rows["gps"][0]:
-        _, longitude, latitude = np.median(_arrays(rows, "gps", origin)[1], axis=0)[:3] * 1e-7
+        tg, gps = _arrays(rows, "gps", origin)
+        place = gps[:, [2, 1, 0]] * GPS_UNITS
+        latitude, longitude, _ = np.median(place, axis=0)
         info.update(latitude_deg=float(latitude), longitude_deg=float(longitude))
-    skipped = tuple(f"{name}: {count} rows" for name, count in sorted(other.items()))
-    return Log({s.name: s for s in streams}, path.name, CONVENTIONS, origin * 1000, skipped=skipped, info=info)
+        gnss, where = gnss_streams(Fixes(tg, np.ones(len(tg), bool), place, gps[:, 3:]), skipped)
+        streams += gnss
+        info.update(where)
+    return Log({s.name: s for s in streams}, path.name, CONVENTIONS, origin * 1000, skipped=tuple(skipped), info=info)
 
 
 def _arrays(rows: Rows, sensor: str, origin: int) -> tuple[Array, Array]:
