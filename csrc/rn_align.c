@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-enum { LINES = RN_ALIGN_BANK, LEVELS = 5, VELOCITY_AT = 4, REFERENCE = 25 };
+enum { LINES = RN_ALIGN_BANK, LEVELS = 5, VELOCITY_AT = 4, REFERENCE = RN_ALIGN_VELOCITY_AT };
 
 static const real LEVEL_TIME = R(2.0);   /* s before the filters start */
 static const real FIRST_TIME = R(12.0);  /* s of record needed to tell a slow wind from a tilt */
@@ -119,6 +119,7 @@ static real replay(RN(align) * a, RN(align_filter) * f, int from, int to, real s
             score = keep * score + f->log_likelihood;
             *total += f->log_likelihood;
         }
+        RN(align_filter_bearing)(f, &a->setup, reading_at(a, k) + RN_ALIGN_FIELD_AT);
     }
     return score;
 }
@@ -128,7 +129,8 @@ static void start_filters(RN(align) * a)
     const int count = steps(a, LEVEL_TIME);
     real v0[2], total;
     RN(align_level)(a->record[0], count, a->q0);
-    for (int axis = 0; axis < 2; axis++) v0[axis] = median(a, 0, 5, axis);
+    for (int axis = 0; axis < 2; axis++) v0[axis] = median(a, 0, count < 5 ? count : 5, axis);
+    RN(align_forget_odd_fields)(a->record[0], count, &a->setup, a->q0);
     for (int i = 0; i < RN_ALIGN_BANK; i++) {
         const RN(align_wind) wind = {BANK[i][0], BANK[i][1], 0, {R(0.0)}, {R(0.0)}};
         RN(align_filter_start)(&a->filter[i], &a->setup, &wind, a->q0, v0);
@@ -228,7 +230,7 @@ static void propose(RN(align) * a, int start)
         for (int axis = 0; axis < 2; axis++) v0[axis] = median(a, 0, 5, axis);
         RN(align_filter_start)(&a->trial, &a->setup, &wind, a->q0, v0);
     } else {
-        RN(align_filter_graft)(&a->trial, &wind, snap);
+        RN(align_filter_graft)(&a->trial, &a->setup, &wind, snap);
         score = snap->score;
     }
     score = replay(a, &a->trial, start, now, score, &total) - R(3.0) * (real)wind.lines;
@@ -260,7 +262,7 @@ static void keep_snapshot(RN(align) * a)
     RN(align_snapshot) *s = &a->snapshot[a->count / steps(a, SNAPSHOT_TIME) % RN_ALIGN_SNAPSHOTS];
     s->core = f->core;
     s->score = a->score[leading(a)];
-    for (int i = 0; i < RN_ALIGN_CORE; i++) memcpy(s->P + i * RN_ALIGN_CORE, f->P + i * f->n, RN_ALIGN_CORE * sizeof(real));
+    for (int i = 0; i < f->common; i++) memcpy(s->P + i * f->common, f->P + i * f->n, (size_t)f->common * sizeof(real));
 }
 
 static void check(RN(align) * a)
@@ -299,9 +301,11 @@ void RN(align_step)(RN(align) * a, const real *reading)
     for (int i = 0; i < RN_ALIGN_BANK + a->has_lines; i++) {
         RN(align_filter) *f = &a->filter[i];
         RN(align_filter_predict)(f, &a->setup, reading);
-        if (missing(reading)) continue;
-        RN(align_filter_update)(f, &a->setup, reading + REFERENCE);
-        a->score[i] = keep * a->score[i] + f->log_likelihood;
+        if (!missing(reading)) {
+            RN(align_filter_update)(f, &a->setup, reading + REFERENCE);
+            a->score[i] = keep * a->score[i] + f->log_likelihood;
+        }
+        RN(align_filter_bearing)(f, &a->setup, reading + RN_ALIGN_FIELD_AT);
     }
     if (a->has_lines && missing(reading)) a->line_history[(a->count - 1) % RN_ALIGN_RECORD] = R(0.0);
     if (a->has_lines && !missing(reading)) {

@@ -18,11 +18,15 @@ enum {
     RN_ALIGN_ACCEL = 8,
     RN_ALIGN_RATE = 11,
     RN_ALIGN_CORE = 13,
+    RN_ALIGN_COMPASS = 13,   /* constant error of the compass, where there is one; it is common too */
+    RN_ALIGN_COMMON = 14,
     RN_ALIGN_LINES = 5,      /* lines a filter can hold; each has north cos, sin, east cos, sin, frequency */
-    RN_ALIGN_STATES = RN_ALIGN_CORE + 5 * RN_ALIGN_LINES + 2,
+    RN_ALIGN_STATES = RN_ALIGN_COMMON + 5 * RN_ALIGN_LINES + 2,
     RN_ALIGN_BANK = 9,       /* winds without lines that are always tried */
     RN_ALIGN_FILTERS = RN_ALIGN_BANK + 1,
-    RN_ALIGN_READING = 27,   /* rotation 4, velocity 3, d velocity / d accel bias 9, d velocity / d gyro bias 9, z 2 */
+    RN_ALIGN_READING = 30,   /* rotation 4, velocity 3, d velocity / d accel bias 9, d velocity / d gyro bias 9, z 2, field 3 */
+    RN_ALIGN_VELOCITY_AT = 25, /* z: reference velocity north and east, NaN where missing */
+    RN_ALIGN_FIELD_AT = 27,    /* magnetic field in body axes, any unit; NaN where missing */
     RN_ALIGN_RECORD = 600,   /* readings kept: the longest window, 60 s at the shortest period */
     RN_ALIGN_SNAPSHOTS = 7,
     RN_ALIGN_SAMPLES = 100   /* rows of an averaged window */
@@ -37,6 +41,7 @@ typedef struct {
     real accel_density, accel_bias_sd, accel_bias_walk; /* m/s^2/sqrt(Hz), m/s^2, m/s^2/sqrt(s) */
     real reference_sd;                      /* m/s, white noise of the reference velocity */
     real gust_sd, gust_share;               /* m/s and how often */
+    real declination, compass_sd, compass_bias_sd; /* rad; a compass_bias_sd of 0 is no compass */
 } RN(align_setup);
 
 /* A wind: a first-order Markov part and lines of roughly known frequency. */
@@ -52,12 +57,17 @@ typedef struct {
     real v[2];    /* m/s: velocity of the base and mean wind */
     real gyro_bias[3], accel_bias[3];
     real rate[2]; /* rad/s, horizontal Earth rate */
+    real compass_bias; /* rad */
+    real north;        /* rad: bearings are laid across it; set by the first */
+    real steepness;    /* tangent of the field's dip, a mean over some seconds */
+    int has_north;
 } RN(align_core);
 
 typedef struct {
     RN(align_wind) wind;
     RN(align_core) core;
     real d[5 * RN_ALIGN_LINES + 2]; /* lines, then Markov */
+    int common; /* states before the wind's: one more with a compass */
     int n;
     real P[RN_ALIGN_STATES * RN_ALIGN_STATES]; /* n x n, row after row */
     real log_likelihood; /* of the last reading */
@@ -74,11 +84,12 @@ typedef struct {
     real concentration;    /* length of the mean heading vector: 0 nothing known, 1 known exactly */
     real gyro_bias[3], accel_bias[3];
     real wind[2];          /* m/s */
+    real compass_bias, compass_bias_var; /* rad, rad^2; NaN without a compass */
 } RN(align_answer);
 
 typedef struct {
     RN(align_core) core;
-    real P[RN_ALIGN_CORE * RN_ALIGN_CORE];
+    real P[RN_ALIGN_COMMON * RN_ALIGN_COMMON];
     real score;
 } RN(align_snapshot);
 
@@ -118,10 +129,16 @@ typedef struct {
 
 /* rn_align_filter.c */
 void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const real *q0, const real *v0);
-void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_wind) * w, const RN(align_snapshot) * from);
+void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const RN(align_snapshot) * from);
 void RN(align_filter_motion)(RN(align_filter) * f, const RN(align_setup) * s, const real *reading); /* state only */
 void RN(align_filter_predict)(RN(align_filter) * f, const RN(align_setup) * s, const real *reading);
 void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, const real *z);
+void RN(align_filter_inject)(RN(align_filter) * f, const real *dx);
+
+/* rn_align_compass.c */
+int RN(align_bearing)(const real *q, const real *field, real *azimuth, real *steepness); /* 0: no bearing */
+void RN(align_filter_bearing)(RN(align_filter) * f, const RN(align_setup) * s, const real *field);
+void RN(align_forget_odd_fields)(real *readings, int count, const RN(align_setup) * s, const real *q0);
 
 /* rn_align_heading.c */
 void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) * s, RN(align_answer) * out);

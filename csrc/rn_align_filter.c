@@ -72,14 +72,15 @@ static void mirror(real *P, int n, int rows)
     }
 }
 
-static void start_wind(RN(align_filter) * f, const RN(align_wind) * w)
+static void start_wind(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w)
 {
     f->wind = *w;
-    f->n = RN_ALIGN_CORE + 5 * w->lines + 2;
+    f->common = s->compass_bias_sd > R(0.0) ? RN_ALIGN_COMMON : RN_ALIGN_CORE;
+    f->n = f->common + 5 * w->lines + 2;
     memset(f->P, 0, sizeof f->P);
     memset(f->d, 0, sizeof f->d);
     for (int l = 0; l < w->lines; l++) {
-        const int at = RN_ALIGN_CORE + 5 * l;
+        const int at = f->common + 5 * l;
         for (int j = at; j < at + 4; j++) f->P[j * f->n + j] = AMPLITUDE_SD * AMPLITUDE_SD;
         f->P[(at + 4) * f->n + at + 4] = w->omega_sd[l] * w->omega_sd[l];
         f->d[5 * l + 4] = w->omega[l];
@@ -91,36 +92,37 @@ static void start_wind(RN(align_filter) * f, const RN(align_wind) * w)
 
 void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const real *q0, const real *v0)
 {
-    start_wind(f, w);
+    start_wind(f, s, w);
     memset(&f->core, 0, sizeof f->core);
     memcpy(f->core.q, q0, sizeof f->core.q);
     f->core.v[0] = v0[0];
     f->core.v[1] = v0[1];
     /* The azimuth of the wander frame is a choice: at the start it has no error. */
-    const real sd[RN_ALIGN_CORE] = {LEVEL_SD,        LEVEL_SD,         R(0.0),           VELOCITY_SD,      VELOCITY_SD,
+    const real sd[RN_ALIGN_COMMON] = {LEVEL_SD,        LEVEL_SD,         R(0.0),           VELOCITY_SD,      VELOCITY_SD,
                            s->gyro_bias_sd, s->gyro_bias_sd,  s->gyro_bias_sd,  s->accel_bias_sd, s->accel_bias_sd,
-                           s->accel_bias_sd, RATE_SD,         RATE_SD};
-    for (int i = 0; i < RN_ALIGN_CORE; i++) f->P[i * f->n + i] = sd[i] * sd[i];
+                           s->accel_bias_sd, RATE_SD,         RATE_SD,          s->compass_bias_sd};
+    for (int i = 0; i < f->common; i++) f->P[i * f->n + i] = sd[i] * sd[i];
 }
 
-void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_wind) * w, const RN(align_snapshot) * from)
+void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const RN(align_snapshot) * from)
 {
-    start_wind(f, w);
+    start_wind(f, s, w);
+    const int common = f->common;
     f->core = from->core;
-    for (int i = 0; i < RN_ALIGN_CORE; i++) memcpy(f->P + i * f->n, from->P + i * RN_ALIGN_CORE, RN_ALIGN_CORE * sizeof(real));
+    for (int i = 0; i < common; i++) memcpy(f->P + i * f->n, from->P + i * common, (size_t)common * sizeof(real));
 }
 
 /* P <- F P F' and d <- F d for the lines and the Markov part. */
 static void predict_wind(RN(align_filter) * f, real period)
 {
-    const int n = f->n;
+    const int n = f->n, common = f->common;
     real *P = f->P;
     for (int l = 0; l < f->wind.lines; l++) {
         const real omega = f->d[5 * l + 4], c = rn_cos(omega * period), s = rn_sin(omega * period);
         for (int axis = 0; axis < 2; axis++) {
             real *d = f->d + 5 * l + 2 * axis;
             const real d0 = c * d[0] + s * d[1], d1 = c * d[1] - s * d[0];
-            const int k = RN_ALIGN_CORE + 5 * l + 2 * axis, o = RN_ALIGN_CORE + 5 * l + 4;
+            const int k = common + 5 * l + 2 * axis, o = common + 5 * l + 4;
             d[0] = d0;
             d[1] = d1;
             for (int j = 0; j < n; j++) {
@@ -136,11 +138,11 @@ static void predict_wind(RN(align_filter) * f, real period)
             }
             for (int j = k; j < k + 2; j++) P[j * n + j] += AMPLITUDE_WALK * AMPLITUDE_WALK * period;
         }
-        P[(RN_ALIGN_CORE + 5 * l + 4) * (n + 1)] += OMEGA_WALK * OMEGA_WALK * period;
+        P[(common + 5 * l + 4) * (n + 1)] += OMEGA_WALK * OMEGA_WALK * period;
     }
     const real decay = rn_exp(-period / f->wind.markov_time), sd = f->wind.markov_sd;
     for (int k = n - 2; k < n; k++) {
-        f->d[k - RN_ALIGN_CORE] *= decay;
+        f->d[k - common] *= decay;
         for (int j = 0; j < n; j++) P[k * n + j] *= decay;
         for (int j = 0; j < n; j++) P[j * n + k] *= decay;
         P[k * n + k] += sd * sd * (R(1.0) - decay * decay);
@@ -229,7 +231,7 @@ void RN(align_filter_predict)(RN(align_filter) * f, const RN(align_setup) * s, c
 }
 
 /* x <- x [+] dx, then P <- G P G' with the left Jacobian of the turn: the error is measured from the new attitude. */
-static void inject(RN(align_filter) * f, const real *dx)
+void RN(align_filter_inject)(RN(align_filter) * f, const real *dx)
 {
     const int n = f->n;
     RN(align_core) *x = &f->core;
@@ -240,7 +242,8 @@ static void inject(RN(align_filter) * f, const real *dx)
     for (int i = 0; i < 3; i++) x->gyro_bias[i] += dx[RN_ALIGN_GYRO + i];
     for (int i = 0; i < 3; i++) x->accel_bias[i] += dx[RN_ALIGN_ACCEL + i];
     for (int i = 0; i < 2; i++) x->rate[i] += dx[RN_ALIGN_RATE + i];
-    for (int i = RN_ALIGN_CORE; i < n; i++) f->d[i - RN_ALIGN_CORE] += dx[i];
+    if (f->common > RN_ALIGN_COMPASS) x->compass_bias += dx[RN_ALIGN_COMPASS];
+    for (int i = f->common; i < n; i++) f->d[i - f->common] += dx[i];
     const real square = dx[0] * dx[0] + dx[1] * dx[1] + dx[2] * dx[2], angle = rn_sqrt(square);
     const int small = square < R(1e-4);
     const real first = small ? R(0.5) - square / R(24.0) : (R(1.0) - rn_cos(angle)) / square;
@@ -262,14 +265,14 @@ static void inject(RN(align_filter) * f, const real *dx)
 /* One reading (z north, east).  It may be a gust: its noise is divided by the probability that it is not. */
 void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, const real *z)
 {
-    const int n = f->n, markov = n - 2;
+    const int n = f->n, common = f->common, markov = n - 2;
     real W[2][RN_ALIGN_STATES], S[3], r[2], dx[RN_ALIGN_STATES], *P = f->P;
     for (int i = 0; i < 2; i++) {
-        real h = f->core.v[i] + f->d[markov - RN_ALIGN_CORE + i];
+        real h = f->core.v[i] + f->d[markov - common + i];
         for (int j = 0; j < n; j++) W[i][j] = P[(RN_ALIGN_VELOCITY + i) * n + j] + P[(markov + i) * n + j];
         for (int l = 0; l < f->wind.lines; l++) {
-            const int k = RN_ALIGN_CORE + 5 * l + 2 * i;
-            h += f->d[k - RN_ALIGN_CORE];
+            const int k = common + 5 * l + 2 * i;
+            h += f->d[k - common];
             for (int j = 0; j < n; j++) W[i][j] += P[k * n + j];
         }
         r[i] = z[i] - h;
@@ -277,7 +280,7 @@ void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, co
     for (int k = 0; k < 3; k++) {
         const int i = k == 2, j = k > 0; /* xx, xy, yy */
         S[k] = W[i][RN_ALIGN_VELOCITY + j] + W[i][markov + j];
-        for (int l = 0; l < f->wind.lines; l++) S[k] += W[i][RN_ALIGN_CORE + 5 * l + 2 * j];
+        for (int l = 0; l < f->wind.lines; l++) S[k] += W[i][common + 5 * l + 2 * j];
     }
     const real noise = s->reference_sd * s->reference_sd, gust = noise + s->gust_sd * s->gust_sd;
     const real calm_det = (S[0] + noise) * (S[2] + noise) - S[1] * S[1], gust_det = (S[0] + gust) * (S[2] + gust) - S[1] * S[1];
@@ -301,5 +304,5 @@ void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, co
         for (int j = i; j < n; j++) P[i * n + j] -= W[0][i] * W[0][j] + W[1][i] * W[1][j];
     }
     mirror(P, n, n);
-    inject(f, dx);
+    RN(align_filter_inject)(f, dx);
 }

@@ -109,6 +109,17 @@ static void sum_over(const circle_t *c, const arc_t *arc, int count, const real 
     m->xx[2] -= m->x[1] * m->x[1];
 }
 
+/* Constant error of the compass, given the length of the Earth rate. */
+static void compass(const RN(align_filter) * f, const circle_t *c, const real *mean, const real *excess, RN(align_answer) * out)
+{
+    out->compass_bias = out->compass_bias_var = (real)NAN;
+    if (f->common == RN_ALIGN_CORE) return;
+    const real *row = f->P + RN_ALIGN_COMPASS * f->n, a = row[RN_ALIGN_RATE], b = row[RN_ALIGN_RATE + 1];
+    const real k0 = a * c->info[0] + b * c->info[1], k1 = a * c->info[1] + b * c->info[2];
+    out->compass_bias = f->core.compass_bias + k0 * mean[0] + k1 * mean[1];
+    out->compass_bias_var = row[RN_ALIGN_COMPASS] + k0 * (excess[0] * k0 + excess[1] * k1) + k1 * (excess[1] * k0 + excess[2] * k1);
+}
+
 void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) * s, RN(align_answer) * out)
 {
     const int n = f->n;
@@ -143,11 +154,12 @@ void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) *
     const real forward = rn_atan2(R(2.0) * (q[1] * q[2] + q[0] * q[3]), R(1.0) - R(2.0) * (q[2] * q[2] + q[3] * q[3]));
     out->heading = rn_wrap(forward + arc[0].centre + m.heading);
     out->heading_var = m.heading_square - m.heading * m.heading + down;
-    out->concentration = rn_sqrt(m.cosine * m.cosine + m.sine * m.sine);
+    out->concentration = rn_exp(R(-0.5) * down) * rn_sqrt(m.cosine * m.cosine + m.sine * m.sine);
     for (int i = 0; i < 2; i++) {
-        out->wind[i] = f->core.v[i] + f->d[n - 2 - RN_ALIGN_CORE + i];
+        out->wind[i] = f->core.v[i] + f->d[n - 2 - f->common + i];
         for (int l = 0; l < f->wind.lines; l++) out->wind[i] += f->d[5 * l + 2 * i];
     }
+    compass(f, &c, m.x, excess, out);
 }
 
 /* The turn that takes attitude b to a, about x and y of the wander frame; the two differ by little. */
@@ -166,7 +178,7 @@ void RN(align_mix)(const RN(align_answer) * in, const real *weight, int count, R
         if (weight[i] > weight[best]) best = i;
     }
     const RN(align_answer) *ref = &in[best];
-    real mean[3] = {R(0.0)}, second[4] = {R(0.0)};
+    real mean[4] = {R(0.0)}, second[5] = {R(0.0)};
     *out = *ref;
     for (int j = 0; j < 3; j++) out->gyro_bias[j] = out->accel_bias[j] = R(0.0);
     out->wind[0] = out->wind[1] = out->concentration = R(0.0);
@@ -186,6 +198,9 @@ void RN(align_mix)(const RN(align_answer) * in, const real *weight, int count, R
         second[1] += w * (a->tilt_cov[1] + t[0] * t[1]);
         second[2] += w * (a->tilt_cov[2] + t[1] * t[1]);
         second[3] += w * (a->heading_var + h * h);
+        const real c = a->compass_bias - ref->compass_bias;
+        mean[3] += w * c;
+        second[4] += w * (a->compass_bias_var + c * c);
         out->concentration += w * a->concentration;
         for (int j = 0; j < 3; j++) {
             out->gyro_bias[j] += w * a->gyro_bias[j];
@@ -200,4 +215,6 @@ void RN(align_mix)(const RN(align_answer) * in, const real *weight, int count, R
     out->tilt_cov[2] = second[2] - mean[1] * mean[1];
     out->heading = rn_wrap(ref->heading + mean[2]);
     out->heading_var = second[3] - mean[2] * mean[2];
+    out->compass_bias = ref->compass_bias + mean[3];
+    out->compass_bias_var = second[4] - mean[3] * mean[3];
 }

@@ -5,6 +5,7 @@
 #define RN_ALIGN_ONE rn_align_one_double
 #define RN_ALIGN_LINES_IN rn_align_lines_double
 #include "../rn_align_filter.c"
+#include "../rn_align_compass.c"
 #include "../rn_align_heading.c"
 #include "../rn_align_lines.c"
 #include "../rn_align.c"

@@ -6,6 +6,7 @@
 #define RN_ALIGN_ONE rn_align_one_float
 #define RN_ALIGN_LINES_IN rn_align_lines_float
 #include "../rn_align_filter.c"
+#include "../rn_align_compass.c"
 #include "../rn_align_heading.c"
 #include "../rn_align_lines.c"
 #include "../rn_align.c"

@@ -8,7 +8,8 @@ static void take_setup(RN(align_setup) * s, const double *from)
 {
     real *to[RN_ALIGN_HOST_SETUP] = {&s->period,        &s->latitude,      &s->gravity,         &s->gyro_density,
                                      &s->gyro_bias_sd,  &s->gyro_bias_walk, &s->accel_density,  &s->accel_bias_sd,
-                                     &s->accel_bias_walk, &s->reference_sd, &s->gust_sd,        &s->gust_share};
+                                     &s->accel_bias_walk, &s->reference_sd, &s->gust_sd,        &s->gust_share,
+                                     &s->declination,   &s->compass_sd,    &s->compass_bias_sd};
     for (int i = 0; i < RN_ALIGN_HOST_SETUP; i++) *to[i] = (real)from[i];
 }
 
@@ -32,7 +33,9 @@ static void give_answer(double *to, const RN(align_answer) * a)
     to = give(to, heading, 3);
     to = give(to, a->gyro_bias, 3);
     to = give(to, a->accel_bias, 3);
-    give(to, a->wind, 2);
+    const real compass[2] = {a->compass_bias, a->compass_bias_var};
+    to = give(to, a->wind, 2);
+    give(to, compass, 2);
 }
 
 size_t RN_ALIGN_BYTES(void) { return sizeof(RN(align)); }
@@ -79,7 +82,8 @@ void RN_ALIGN_ONE(const rn_align_one *one)
     for (size_t k = 0; k < one->n; k++) {
         take(reading, one->readings + k * RN_ALIGN_HOST_READING, RN_ALIGN_READING);
         RN(align_filter_predict)(&f, &setup, reading);
-        RN(align_filter_update)(&f, &setup, reading + RN_ALIGN_READING - 2);
+        RN(align_filter_update)(&f, &setup, reading + RN_ALIGN_VELOCITY_AT);
+        RN(align_filter_bearing)(&f, &setup, reading + RN_ALIGN_FIELD_AT);
         RN(align_filter_answer)(&f, &setup, &answer);
         give_answer(one->answer + k * RN_ALIGN_HOST_ANSWER, &answer);
         one->log_likelihood[k] = (double)f.log_likelihood;
@@ -89,7 +93,8 @@ void RN_ALIGN_ONE(const rn_align_one *one)
     to = give(to, f.core.gyro_bias, 3);
     to = give(to, f.core.accel_bias, 3);
     to = give(to, f.core.rate, 2);
-    give(to, f.d, f.n - RN_ALIGN_CORE);
+    to = give(to, &f.core.compass_bias, f.common - RN_ALIGN_CORE);
+    give(to, f.d, f.n - f.common);
     give(one->P, f.P, f.n * f.n);
 }
 

@@ -4,11 +4,11 @@
 
 #include <stddef.h>
 
-#define RN_ALIGN_HOST_SETUP 12   /* numbers of the setup, in the order of rn_align.h */
-#define RN_ALIGN_HOST_READING 27 /* numbers of a reading */
-#define RN_ALIGN_HOST_ANSWER 20  /* q(4) tilt(2) tilt_cov(3) heading heading_var concentration biases(6) wind(2) */
+#define RN_ALIGN_HOST_SETUP 15   /* numbers of the setup, in the order of rn_align.h */
+#define RN_ALIGN_HOST_READING 30 /* numbers of a reading */
+#define RN_ALIGN_HOST_ANSWER 22  /* q(4) tilt(2) tilt_cov(3) heading heading_var concentration biases(6) wind(2) compass bias, var */
 #define RN_ALIGN_HOST_WIND 12    /* markov sd and time, frequencies (5), their sds (5); a frequency of 0 is no line */
-#define RN_ALIGN_HOST_STATES 40
+#define RN_ALIGN_HOST_STATES 41
 #define RN_ALIGN_HOST_LINES 5
 #define RN_ALIGN_HOST_SAMPLES 100
 
@@ -18,7 +18,7 @@ typedef struct {
     const double *setup, *wind, *q0, *v0, *readings;
     double *answer;         /* (n, RN_ALIGN_HOST_ANSWER) */
     double *log_likelihood; /* (n) */
-    double *state;          /* q(4) v(2) biases(6) rate(2) wind(27) */
+    double *state;          /* q(4) v(2) biases(6) rate(2) compass bias, where there is one, wind(27) */
     double *P;              /* (states, states), the first n x n of them */
 } rn_align_one;
 

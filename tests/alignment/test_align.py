@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from robustnav.alignment import Aligner, AlignSetup, align, reading_rows
+from robustnav.alignment import Aligner, AlignSetup, align, reading_rows, zero_velocity
 from robustnav.engine import _kernel
 from robustnav.errors import InputError
 from robustnav.frames import euler_from_quat, matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply
@@ -51,11 +51,11 @@ def test_nothing_is_known_before_its_time(fine_case):
     for field in FIELDS:
         np.testing.assert_array_equal(getattr(whole, field)[:333], getattr(half, field))
     rows = reading_rows(fine_case.increments, fine_case.reference)
-    state, out = _kernel.align_begin("double", fine_case.setup.numbers), np.empty((len(rows), 20))
+    state, out = _kernel.align_begin("double", fine_case.setup.numbers), np.empty((len(rows), 22))
     for part in (slice(0, 7), slice(7, 500), slice(500, len(rows))):
         _kernel.align_run(state, rows[part], 1, out[part])
     np.testing.assert_array_equal(out[:, 12:15], whole.gyro_bias)
-    every = np.empty((len(rows) // 10, 20))
+    every = np.empty((len(rows) // 10, 22))
     _kernel.align_run(_kernel.align_begin("double", fine_case.setup.numbers), rows, 10, every)
     np.testing.assert_array_equal(every, out[9::10])
 
@@ -133,6 +133,14 @@ def test_a_gap_in_the_reference_is_survived(fine_case):
     assert (np.diff(said.tilt_radius[302:399]) > 0).mean() > 0.9
 
 
+def test_a_base_at_rest_needs_no_reference(fine_case):
+    at_rest, zeros = align(fine_case.increments, None, fine_case.t, fine_case.setup), np.zeros((len(fine_case.t), 2))
+    same = align(fine_case.increments, zeros, fine_case.t, fine_case.setup)
+    np.testing.assert_array_equal(at_rest.q_nb, same.q_nb)
+    np.testing.assert_array_equal(zero_velocity(fine_case.increments), zeros)
+    assert np.linalg.norm(tilt_of(at_rest.q_nb, fine_case.q_nb)[-1]) < at_rest.tilt_radius[-1]
+
+
 def test_no_reference_teaches_nothing():
     case = make_case(setup_of(FINE), 4, 15.0, "none")
     for backend in ("compiled", "numpy"):
@@ -196,8 +204,8 @@ ANYTHING = st.one_of(
     st.integers(-3, 3),
     st.text(max_size=2),
     st.builds(np.zeros, st.integers(0, 60)),
-    st.builds(lambda n: np.full(n, np.nan), st.sampled_from([12, 27, 54, 270])),
-    st.lists(st.floats(), min_size=12, max_size=12),
+    st.builds(lambda n: np.full(n, np.nan), st.sampled_from([15, 30, 60, 300])),
+    st.lists(st.floats(), min_size=15, max_size=15),
 )
 
 
@@ -220,12 +228,12 @@ def test_the_extension_answers_or_refuses(arguments):
 
 
 @settings(max_examples=50)
-@given(st.lists(st.floats(), min_size=12, max_size=12), st.floats())
+@given(st.lists(st.floats(), min_size=15, max_size=15), st.floats())
 def test_odd_numbers_do_no_harm(numbers, fill):
     try:
         state = _kernel.align_begin("double", np.array(numbers))
     except ValueError:
         numbers[0] = 0.5
         state = _kernel.align_begin("float", np.array(numbers))
-    out = np.empty((30, 20))
-    _kernel.align_run(state, np.full((30, 27), fill), 1, out)
+    out = np.empty((30, 22))
+    _kernel.align_run(state, np.full((30, 30), fill), 1, out)

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2, multivariate_normal
 
 from robustnav.alignment.filter import (
-    CORE,
+    COMPASS,
     RATE,
     Belief,
     Core,
@@ -22,7 +22,7 @@ from robustnav.alignment.filter import (
     wind_transition,
 )
 from robustnav.alignment.heading import answer
-from robustnav.alignment.readings import reading_rows
+from robustnav.alignment.readings import VELOCITY, reading_rows
 from robustnav.alignment.setting import Wind
 from robustnav.engine import _kernel
 from robustnav.frames import matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply, rotvec_from_quat
@@ -53,9 +53,9 @@ def test_common_jacobian_is_that_of_the_step(seed):
     rng, case = np.random.default_rng(seed), make_case(setup_of(COARSE), seed, 1.0, "lines")
     row, core = reading_rows(case.increments, case.reference)[4], some_belief(rng).core
     F, after = core_transition(core, case.setup, row)[1], core_transition(core, case.setup, row)[0]
-    for j in range(CORE):
+    for j in range(COMPASS):
         h = 1e-3 if j < 5 else 1e-6
-        e = h * np.eye(CORE)[j]
+        e = h * np.eye(COMPASS)[j]
         both = [difference(core_transition(moved(core, s * e), case.setup, row)[0], after) for s in (1, -1)]
         slope = (both[0] - both[1]) / (2 * h)
         # The Coriolis turn of a tilt and the turn of the Earth rate in the attitude are left out: period x rate.
@@ -107,7 +107,7 @@ def test_without_gusts_the_update_is_the_textbook_one():
     z, H = np.array([2.3, -0.7]), observation(some_belief(np.random.default_rng(3)))
     S = H @ belief.P @ H.T + setup.reference_sd**2 * np.eye(2)
     K = belief.P @ H.T @ np.linalg.inv(S)
-    r = z - belief.core.velocity - H[:, CORE:] @ belief.d
+    r = z - belief.core.velocity - H[:, COMPASS:] @ belief.d
     expected = inject(replace(belief, P=(np.eye(25) - K @ H) @ belief.P), K @ r)
     after = update(belief, setup, z)
     np.testing.assert_allclose(after.P, expected.P, atol=1e-12)
@@ -119,7 +119,7 @@ def test_without_gusts_the_update_is_the_textbook_one():
 def test_a_gust_moves_little_and_costs_a_bounded_likelihood():
     rng = np.random.default_rng(4)
     belief, setup = replace(some_belief(rng), P=1e-6 * np.eye(25)), setup_of()
-    said = belief.core.velocity + observation(belief)[:, CORE:] @ belief.d
+    said = belief.core.velocity + observation(belief)[:, COMPASS:] @ belief.d
     calm, blown = (update(belief, setup, said + np.array([off, 0.0])) for off in (0.03, 4.0))
     pull = [np.abs(after.core.velocity - belief.core.velocity).max() for after in (calm, blown)]
     assert pull[1] < 0.1 * pull[0]
@@ -132,18 +132,18 @@ def test_mean_wind_teaches_no_heading():
     case = make_case(setup_of(FINE), 5, 5.0, "none")
     belief = start(case.setup, Wind(0.0, 4.0), case.q_nb[0], np.zeros(2))
     for row in reading_rows(case.increments, case.reference):
-        belief = update(predict(belief, case.setup, row), case.setup, row[-2:])
+        belief = update(predict(belief, case.setup, row), case.setup, row[VELOCITY])
     said = answer(belief, case.setup)
     assert said.concentration < 0.1
     assert np.sqrt(belief.P[RATE, RATE]) > 1e-4
 
 
-def one_filter(case, wind, real="double"):
-    n, rows = len(case.t), reading_rows(case.increments, case.reference)
+def one_filter(case, wind, real="double", field=None):
+    n, rows = len(case.t), reading_rows(case.increments, case.reference, field)
     omega = np.zeros((2, 5))
     omega[0, : len(wind.omega)], omega[1, : len(wind.omega)] = wind.omega, wind.omega_sd
     numbers = np.concatenate([[wind.markov_sd, wind.markov_time], omega.ravel()])
-    answers, likelihood, state, P = np.empty((n, 20)), np.empty(n), np.empty(41), np.empty(1600)
+    answers, likelihood, state, P = np.empty((n, 22)), np.empty(n), np.empty(42), np.empty(1681)
     arguments = (case.setup.numbers, numbers, case.q_nb[0], np.zeros(2), rows, answers, likelihood, state, P)
     _kernel.align_one(real, *arguments)
     return answers, likelihood, state, P
@@ -154,13 +154,13 @@ def test_compiled_equals_numpy(wind):
     case = make_case(setup_of(COARSE), 6, 8.0, "gusts")
     belief, said = start(case.setup, wind, case.q_nb[0], np.zeros(2)), []
     for row in reading_rows(case.increments, case.reference):
-        belief = update(predict(belief, case.setup, row), case.setup, row[-2:])
+        belief = update(predict(belief, case.setup, row), case.setup, row[VELOCITY])
         said.append(answer(belief, case.setup).row)
     answers, likelihood, state, P = one_filter(case, wind)
     n = len(belief.P)
     np.testing.assert_allclose(P[: n * n].reshape(n, n), belief.P, rtol=1e-7, atol=1e-14)
     np.testing.assert_allclose(
-        state[: 14 + n - CORE], np.concatenate([belief.core.q, belief.core.x, belief.d]), atol=1e-9
+        state[: 14 + n - COMPASS], np.concatenate([belief.core.q, belief.core.x, belief.d]), atol=1e-9
     )
     assert likelihood[-1] == pytest.approx(belief.log_likelihood, abs=1e-8)
     np.testing.assert_allclose(answers, said, rtol=1e-6, atol=1e-9)

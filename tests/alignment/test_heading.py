@@ -67,6 +67,15 @@ def test_a_rate_that_is_not_known_leaves_no_heading():
     assert np.sqrt(said.heading_var) > 1.5
 
 
+def test_a_wander_azimuth_that_drifted_is_no_heading():
+    belief, setup = belief_with(COVS[0], 0.3)
+    loose = replace(belief, P=belief.P.copy())
+    loose.P[2, 2] += 1.2**2
+    near, far = answer(belief, setup), answer(loose, setup)
+    assert far.concentration == pytest.approx(near.concentration * np.exp(-0.72), rel=1e-6)
+    assert far.heading_var == pytest.approx(near.heading_var + 1.44)
+
+
 def test_two_places_on_the_circle_are_both_counted():
     """A rate known in one direction only: north or south of it, nobody knows."""
     belief, setup = belief_with(np.diag([1e-14, 1e-8]), pi / 3)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robustnav.alignment.readings import reading_rows
 from robustnav.alignment.level import first_velocity, level_attitude, odd_limit, oddness
+from robustnav.alignment.readings import reading_rows
 from robustnav.frames import matrix_from_quat, quat_from_euler, quat_from_rotvec, quat_multiply
 from robustnav.units import DEG
 
@@ -24,13 +24,13 @@ def test_level_is_exact_without_noise(turn):
 
 
 def test_level_upside_down():
-    row = np.zeros((20, 27))
+    row = np.zeros((20, 30))
     row[:, 0], row[:, 6] = 1.0, 0.98
     np.testing.assert_allclose(matrix_from_quat(level_attitude(row)) @ [0, 0, 1.0], [0, 0, -1], atol=1e-12)
 
 
 def test_level_differs_with_the_readings():
-    rows = np.zeros((20, 27))
+    rows = np.zeros((20, 30))
     rows[:, 0] = 1.0
     rows[:, 4:7] = matrix_from_quat(quat_from_rotvec([20 * DEG, 0, 0])).T @ [0, 0, -0.98]
     np.testing.assert_allclose(level_attitude(rows), quat_from_rotvec([20 * DEG, 0, 0]), atol=1e-12)

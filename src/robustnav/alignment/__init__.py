@@ -2,7 +2,7 @@
 
 from robustnav.alignment.align import Alignment, align
 from robustnav.alignment.bank import Aligner
-from robustnav.alignment.readings import reading_rows
+from robustnav.alignment.readings import reading_rows, zero_velocity
 from robustnav.alignment.setting import AlignSetup, Wind
 
-__all__ = ["AlignSetup", "Aligner", "Alignment", "Wind", "align", "reading_rows"]
+__all__ = ["AlignSetup", "Aligner", "Alignment", "Wind", "align", "reading_rows", "zero_velocity"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robustnav.alignment.bank import Aligner
-from robustnav.alignment.readings import reading_rows
+from robustnav.alignment.readings import reading_rows, zero_velocity
 from robustnav.alignment.setting import AlignSetup
 from robustnav.engine import _kernel
 from robustnav.errors import InputError
@@ -19,7 +19,7 @@ from robustnav.strapdown.increments import Increments
 from robustnav.units import ARCMIN
 
 BACKENDS = ("compiled", "compiled-float", "numpy")
-ANSWER = 20
+ANSWER = 22
 HEADING_KNOWN = 0.88  # concentration of a heading known to half a radian
 TILT_GOAL = 10.0 * ARCMIN  # rad
 RADIUS_95 = 2.4477  # of a plane normal distribution, in standard deviations
@@ -38,6 +38,7 @@ class Alignment:
     heading_observable : (n,) whether the heading is known to better than about half a radian.
     gyro_bias, accel_bias : (n, 3) [rad/s], [m/s^2].
     wind : (n, 2) what the reference velocity shows besides its noise, as the reference's axes have it [m/s].
+    compass_bias, compass_bias_sd : (n,) constant error of the compass [rad]; NaN without one.
     tilt_goal : radius [rad] for ``aligned_at``.
     """
 
@@ -50,6 +51,8 @@ class Alignment:
     gyro_bias: Array
     accel_bias: Array
     wind: Array
+    compass_bias: Array
+    compass_bias_sd: Array
     tilt_goal: float = TILT_GOAL
 
     @property
@@ -69,10 +72,12 @@ class Alignment:
 
 def align(
     increments: Increments,
-    reference: ArrayLike,
+    reference: ArrayLike | None,
     t: ArrayLike,
     setup: AlignSetup,
     backend: str = "compiled",
+    *,
+    field_b: ArrayLike | None = None,
 ) -> Alignment:
     """Align a unit on a swaying base in wind, causally, from any heading and tilt, without a prior of either.
 
@@ -80,19 +85,23 @@ def align(
     ----------
     increments : n of them, from ``strapdown.preintegrate``, of ``setup.period`` each.
     reference : (n, 2) velocity north and east at the end of each period [m/s]: base, wind and noise; NaN where missing.
+        None for a base at rest: ``zero_velocity``, with ``setup.reference_sd`` the base's own tremble.
     t : (n,) end of each period [s], ``setup.period`` apart.
     setup : place, sensors and noise.
     backend : ``compiled``, ``compiled-float`` for the single-precision kernel, or ``numpy``.
+    field_b : (n, 3) magnetic field in body axes, any unit, at the end of each period; NaN where missing.
 
     Raises
     ------
-    InputError : shapes, increments of another length, times that are not the period apart, an unknown backend.
+    InputError : shapes, increments of another length, times that are not the period apart, an unknown backend, a
+        magnetic field without the setup's compass.
 
     Notes
     -----
     The base is at rest but for sway: its own velocity, up to about 1 m/s, counts as disturbance.
     """
-    rows, times = reading_rows(increments, reference), np.ascontiguousarray(t, float)
+    velocity = zero_velocity(increments) if reference is None else reference
+    rows, times = reading_rows(increments, velocity, field_b), np.ascontiguousarray(t, float)
     check_time(times, "alignment")
     if times.shape != (len(rows),):
         raise InputError("time of alignment", got=f"shape {times.shape}", expected=f"shape ({len(rows)},)")
@@ -109,6 +118,15 @@ def align(
         )
     if backend not in BACKENDS:
         raise InputError("backend", got=repr(backend), expected=" or ".join(map(repr, BACKENDS)))
+    if field_b is None:
+        setup = setup.without_compass()
+    elif setup.compass is None:
+        raise InputError(
+            "magnetic field",
+            got="an alignment setup without a compass",
+            expected="declination, compass_sd and compass_bias_sd",
+            do="state them in the setup, or leave the field out",
+        )
     return _record(times, _numpy(rows, setup) if backend == "numpy" else _compiled(rows, setup, backend))
 
 
@@ -145,4 +163,6 @@ def _record(t: Array, rows: Array) -> Alignment:
         gyro_bias=rows[:, 12:15],
         accel_bias=rows[:, 15:18],
         wind=rows[:, 18:20],
+        compass_bias=rows[:, 20],
+        compass_bias_sd=np.sqrt(rows[:, 21]),
     )

@@ -9,10 +9,12 @@ from math import exp
 
 import numpy as np
 
-from robustnav.alignment.filter import CORE, Belief, Core, core_transition, graft, predict, start, update
+from robustnav.alignment.compass import fair_fields, take_bearing
+from robustnav.alignment.filter import Belief, Core, core_transition, graft, predict, start, update
 from robustnav.alignment.heading import Answer, answer, mix
 from robustnav.alignment.level import first_velocity, level_attitude, missing, odd_limit, oddness
 from robustnav.alignment.lines import MOST_SAMPLES, Spectrum, Window, alone, search
+from robustnav.alignment.readings import FIELD, VELOCITY
 from robustnav.alignment.setting import BANK, LEVELS, RARER, AlignSetup, Wind
 from robustnav.frames import Array
 
@@ -29,7 +31,7 @@ NEGLIGIBLE = 20.0  # nats below the best
 
 
 class Aligner:
-    """An alignment in progress; ``step`` takes one reading (27,), ``read`` answers."""
+    """An alignment in progress; ``step`` takes one reading (30,), ``read`` answers."""
 
     def __init__(self, setup: AlignSetup) -> None:
         self.setup = setup
@@ -47,27 +49,28 @@ class Aligner:
         return int(seconds / self.setup.period + 0.5)
 
     def step(self, reading: Array) -> None:
-        """Take the next reading (27,), reference velocity NaN where missing."""
-        self._rows.append(np.asarray(reading, float))
+        """Take the next reading (30,), reference velocity and magnetic field NaN where missing."""
+        self._rows.append(np.array(reading, float))
         count = len(self._rows)
         if count <= self._steps(LEVEL_TIME):
             if count == self._steps(LEVEL_TIME):
                 self._start()
             return
-        there = not missing(reading[-2:])
+        there = not missing(reading[VELOCITY])
         for i, belief in enumerate(self._beliefs):
             moved = predict(belief, self.setup, reading)
             if there:
-                moved = update(moved, self.setup, reading[-2:])
+                moved = update(moved, self.setup, reading[VELOCITY])
                 self._scores[i] = self._keep * self._scores[i] + moved.log_likelihood
-            self._beliefs[i] = moved
+            self._beliefs[i] = take_bearing(moved, self.setup, reading[FIELD])
         if self._has_lines and there:
             self._line_history[count - 1] = self._beliefs[-1].log_likelihood
             self._fit += self.setup.period / 5.0 * (self._beliefs[-1].misfit - self._fit)
         if count % self._steps(SNAPSHOT_TIME) == 0:
             best = int(np.argmax(self._merits))
             belief = self._beliefs[best]
-            self._snapshots[count] = (belief.core, belief.P[:CORE, :CORE], self._scores[best])
+            common = belief.core.size
+            self._snapshots[count] = (belief.core, belief.P[:common, :common], self._scores[best])
         if count >= self._next:
             self._check()
 
@@ -95,7 +98,9 @@ class Aligner:
     def _start(self) -> None:
         rows = np.array(self._rows)
         self._q0 = level_attitude(rows)
-        v0 = first_velocity(rows[:, -2:])
+        v0 = first_velocity(rows[:, VELOCITY])
+        for k in np.flatnonzero(~fair_fields(rows, self.setup, self._q0)):
+            self._rows[k][FIELD] = np.nan
         for wind in BANK:
             belief, score, _ = self._replay(start(self.setup, wind, self._q0, v0), 0, 0.0)
             self._beliefs.append(belief)
@@ -107,14 +112,15 @@ class Aligner:
         In its first two seconds gusts are left out; later it judges them itself.
         """
         rows, careful, total = np.array(self._rows[first:]), self._steps(LEVEL_TIME), 0.0
-        odd = oddness(rows[:careful, -2:])
-        use = np.concatenate([odd <= odd_limit(odd, self.setup.reference_sd), ~missing(rows[careful:, -2:])])
+        odd = oddness(rows[:careful, VELOCITY])
+        use = np.concatenate([odd <= odd_limit(odd, self.setup.reference_sd), ~missing(rows[careful:, VELOCITY])])
         for row, used in zip(rows, use, strict=True):
             belief = predict(belief, self.setup, row)
             if used:
-                belief = update(belief, self.setup, row[-2:])
+                belief = update(belief, self.setup, row[VELOCITY])
                 score = self._keep * score + belief.log_likelihood
                 total += belief.log_likelihood
+            belief = take_bearing(belief, self.setup, row[FIELD])
         return belief, score, total
 
     def _check(self) -> None:
@@ -130,12 +136,12 @@ class Aligner:
 
     def _propose(self, first: int) -> None:
         """Look for lines from row ``first`` to now and let a filter with them compete."""
-        core, P, score = self._snapshots.get(first, (Core(self._q0, np.zeros(CORE - 3)), np.zeros((0, 0)), 0.0))
+        core, P, score = self._snapshots.get(first, (Core(self._q0, np.zeros(10)), np.zeros((0, 0)), 0.0))
         wind = identify(self._window(core, first))
         if not wind.omega:
             return
         if first == 0:
-            belief = start(self.setup, wind, self._q0, first_velocity(np.array(self._rows[:5])[:, -2:]))
+            belief = start(self.setup, wind, self._q0, first_velocity(np.array(self._rows[:5])[:, VELOCITY]))
         else:
             belief = graft(core, P, wind)
         belief, score, total = self._replay(belief, first, score)
@@ -154,13 +160,13 @@ class Aligner:
         rows = np.array(self._rows[first:])
         group = -(-len(rows) // MOST_SAMPLES)
         n = len(rows) // group
-        odd = oddness(rows[:, -2:])
+        odd = oddness(rows[:, VELOCITY])
         use = odd <= odd_limit(odd, self.setup.reference_sd)
         free = replace(core, x=np.concatenate([np.zeros(2), core.x[2:]]))
         r = np.zeros((len(rows), 2))
         for k, row in enumerate(rows):
             free, _ = core_transition(free, self.setup, row)
-            r[k] = row[-2:] - free.velocity if use[k] else 0.0
+            r[k] = row[VELOCITY] - free.velocity if use[k] else 0.0
         count = use[-n * group :].reshape(n, group).sum(axis=1)
         mean = r[-n * group :].reshape(n, group, 2).sum(axis=1) / np.maximum(count, 1)[:, None]
         period = self.setup.period * group

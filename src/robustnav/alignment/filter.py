@@ -4,14 +4,14 @@ The navigation axes are level, turned about down by an unknown angle (the wander
 holds the two horizontal components of the Earth's rotation in those axes: everything stays linear whatever the heading
 is.  The base is at rest but for sway, and the wind has no preferred direction, so that the reference velocity needs no
 turning into the wander frame.  Error: C = Exp(theta) C_est with theta in the wander frame, all else additive, ordered
-theta 3, velocity 2, gyro bias 3, accelerometer bias 3, Earth rate 2, then (cos, sin) north, (cos, sin) east and the
-frequency of each line, then the Markov part 2.
+theta 3, velocity 2, gyro bias 3, accelerometer bias 3, Earth rate 2, with a compass its constant error, then (cos, sin)
+north, (cos, sin) east and the frequency of each line, then the Markov part 2.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, exp, log, pi, sin, sqrt
+from math import cos, exp, log, nan, pi, sin, sqrt
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from robustnav.alignment.setting import AlignSetup, Wind
 from robustnav.earth import EARTH_RATE
 from robustnav.frames import Array, matrix_from_quat, quat_from_rotvec, quat_multiply, quat_normalize, skew
 
-TURN, VELOCITY, GYRO, ACCEL, RATE, CORE = 0, 3, 5, 8, 11, 13
+TURN, VELOCITY, GYRO, ACCEL, RATE, COMPASS = 0, 3, 5, 8, 11, 13
 
 LEVEL_SD = 0.15  # rad, of the coarse start
 VELOCITY_SD = 3.0  # m/s, base and mean wind
@@ -31,10 +31,16 @@ OMEGA_WALK = 1e-4  # rad/s/sqrt(s)
 
 @dataclass(frozen=True)
 class Core:
-    """States common to all winds: ``q`` body to wander frame, ``x`` (10,) from the velocity on, SI."""
+    """States common to all winds: ``q`` body to wander frame; ``x`` the rest, (10,), with a compass (11,), SI.
+
+    ``north`` [rad] is the azimuth in the wander frame that bearings are laid across, fixed by the first, NaN before;
+    ``steepness`` the tangent of the field's dip, a mean over some seconds.
+    """
 
     q: Array
     x: Array
+    north: float = nan
+    steepness: float = nan
 
     @property
     def velocity(self) -> Array:
@@ -55,6 +61,16 @@ class Core:
     def rate(self) -> Array:
         """Horizontal Earth rate (2,) [rad/s]."""
         return self.x[8:10]
+
+    @property
+    def compass_bias(self) -> Array:
+        """Constant error of the compass (1,) [rad]; (0,) without one."""
+        return self.x[10:]
+
+    @property
+    def size(self) -> int:
+        """Length of its error."""
+        return 3 + len(self.x)
 
 
 @dataclass(frozen=True)
@@ -83,21 +99,24 @@ def start(setup: AlignSetup, wind: Wind, q0: Array, v0: Array) -> Belief:
     # The azimuth of the wander frame is a choice: at the start it has no error.
     level = [LEVEL_SD, LEVEL_SD, 0.0]
     sd = [*level, *[VELOCITY_SD] * 2, *[setup.gyro_bias_sd] * 3, *[setup.accel_bias_sd] * 3, *[RATE_SD] * 2]
-    x = np.zeros(CORE - 3)
+    if setup.compass_bias_sd is not None:
+        sd.append(setup.compass_bias_sd)
+    x = np.zeros(len(sd) - 3)
     x[:2] = v0
     return graft(Core(np.asarray(q0, float), x), np.diag(np.square(sd)), wind)
 
 
 def graft(core: Core, P: Array, wind: Wind) -> Belief:
-    """Return a belief with the common states and their covariance (13, 13), and the wind from its prior."""
+    """Return a belief with the common states and their covariance ``P``, and the wind from its prior."""
     d, sd = [], []
     for omega, omega_sd in zip(wind.omega, wind.omega_sd, strict=True):
         d += [0.0, 0.0, 0.0, 0.0, omega]
         sd += [*[AMPLITUDE_SD] * 4, omega_sd]
     sd += [wind.markov_sd] * 2
-    whole = np.zeros((CORE + len(sd), CORE + len(sd)))
-    whole[:CORE, :CORE] = P
-    np.fill_diagonal(whole[CORE:, CORE:], np.square(sd))
+    common = core.size
+    whole = np.zeros((common + len(sd), common + len(sd)))
+    whole[:common, :common] = P
+    np.fill_diagonal(whole[common:, common:], np.square(sd))
     return Belief(wind, core, np.array([*d, 0.0, 0.0]), whole)
 
 
@@ -121,7 +140,7 @@ def wind_transition(belief: Belief, period: float) -> tuple[Array, Array, Array]
 
 
 def core_transition(core: Core, setup: AlignSetup, reading: Array) -> tuple[Core, Array]:
-    """Return the common states after one reading (27,) and their transition matrix (13, 13)."""
+    """Return the common states after one reading (30,) and their transition matrix."""
     T, C = setup.period, matrix_from_quat(core.q)
     J, H = reading[7:16].reshape(3, 3), reading[16:25].reshape(3, 3)
     a = C @ (reading[4:7] - J @ core.accel_bias - H @ core.gyro_bias)
@@ -131,27 +150,27 @@ def core_transition(core: Core, setup: AlignSetup, reading: Array) -> tuple[Core
     q = _product(_product(q, quat_from_rotvec(-J @ core.gyro_bias)), reading[:4])
     x = core.x.copy()
     x[:2] += (a - 0.5 * T * np.cross(w, a))[:2]
-    F = np.eye(CORE)
+    F = np.eye(core.size)
     F[:3, :3] = matrix_from_quat(earth)
     F[:3, GYRO:ACCEL] = -C @ J
-    F[:2, RATE:] = -T * np.eye(2)
+    F[:2, RATE:COMPASS] = -T * np.eye(2)
     F[VELOCITY:GYRO, :3] = -skew(a)[:2]
     F[VELOCITY:GYRO, GYRO:ACCEL] = (-C @ H)[:2]
     F[VELOCITY:GYRO, ACCEL:RATE] = (-C @ J)[:2]
-    F[VELOCITY:GYRO, RATE:] = 0.5 * T * skew(a)[:2, :2]
-    return Core(q, x), F
+    F[VELOCITY:GYRO, RATE:COMPASS] = 0.5 * T * skew(a)[:2, :2]
+    return replace(core, q=q, x=x), F
 
 
 def predict(belief: Belief, setup: AlignSetup, reading: Array) -> Belief:
-    """Return the belief one period later; ``reading`` (27,) as made by ``reading_rows``."""
+    """Return the belief one period later; ``reading`` (30,) as made by ``reading_rows``."""
     d, F_wind, Q_wind = wind_transition(belief, setup.period)
     core, F_core = core_transition(belief.core, setup, reading)
-    n = len(belief.P)
+    n, common = len(belief.P), core.size
     F = np.zeros((n, n))
-    F[:CORE, :CORE], F[CORE:, CORE:] = F_core, F_wind
+    F[:common, :common], F[common:, common:] = F_core, F_wind
     densities = (setup.gyro_density, setup.accel_density, setup.gyro_bias_walk, setup.accel_bias_walk)
     Q = [density**2 * setup.period for density, size in zip(densities, (3, 2, 3, 3), strict=True) for _ in range(size)]
-    P = F @ belief.P @ F.T + np.diag([*Q, 0.0, 0.0, *Q_wind])
+    P = F @ belief.P @ F.T + np.diag([*Q, *np.zeros(common - RATE), *Q_wind])
     return replace(belief, core=core, d=d, P=P)
 
 
@@ -160,7 +179,7 @@ def observation(belief: Belief) -> Array:
     H = np.zeros((2, len(belief.P)))
     for i in range(2):
         H[i, VELOCITY + i] = 1.0
-        H[i, [CORE + 5 * k + 2 * i for k in range(belief.lines)]] = 1.0
+        H[i, [belief.core.size + 5 * k + 2 * i for k in range(belief.lines)]] = 1.0
         H[i, i - 2] = 1.0
     return H
 
@@ -174,7 +193,7 @@ def update(belief: Belief, setup: AlignSetup, z: Array) -> Belief:
     H = observation(belief)
     PH = belief.P @ H.T
     S, noise = H @ PH, setup.reference_sd**2
-    r = z - belief.core.velocity - H[:, CORE:] @ belief.d
+    r = z - belief.core.velocity - H[:, belief.core.size :] @ belief.d
     calm, square = _log_normal(r, S + noise * np.eye(2))
     blown, _ = _log_normal(r, S + (noise + setup.gust_sd**2) * np.eye(2))
     calm += log(1 - setup.gust_share)
@@ -193,10 +212,11 @@ def inject(belief: Belief, dx: Array) -> Belief:
     The error left is Log(Exp(theta + e) Exp(-theta)) = J_l(theta) e; without G a state that absorbs the mean wind lets
     the filter believe a heading it never saw.
     """
-    core = Core(_product(quat_from_rotvec(dx[:3]), belief.core.q), belief.core.x + dx[3:CORE])
+    common = belief.core.size
+    core = replace(belief.core, q=_product(quat_from_rotvec(dx[:3]), belief.core.q), x=belief.core.x + dx[3:common])
     G = np.eye(len(dx))
     G[:3, :3] = left_jacobian(dx[:3])
-    return replace(belief, core=core, d=belief.d + dx[CORE:], P=G @ belief.P @ G.T)
+    return replace(belief, core=core, d=belief.d + dx[common:], P=G @ belief.P @ G.T)
 
 
 def left_jacobian(rotvec: Array) -> Array:

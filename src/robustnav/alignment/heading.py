@@ -7,11 +7,11 @@ prior that knows nothing of heading, with one mode or several, and wide where no
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import atan2, pi, sqrt
+from math import atan2, exp, pi, sqrt
 
 import numpy as np
 
-from robustnav.alignment.filter import ACCEL, GYRO, RATE, Belief
+from robustnav.alignment.filter import ACCEL, COMPASS, GYRO, RATE, Belief
 from robustnav.alignment.setting import AlignSetup
 from robustnav.frames import Array, matrix_from_quat, quat_conjugate, quat_multiply, wrap_angle
 
@@ -24,7 +24,8 @@ class Answer:
 
     ``q`` attitude in the wander frame the tilt refers to; ``tilt`` (2,) mean turn left to apply [rad] and ``tilt_cov``
     (2, 2); ``heading`` of the forward axis [rad] and its variance; ``concentration`` length of the mean heading vector,
-    0 for nothing known to 1; biases (3,) SI; ``wind`` (2,) all that the reference velocity shows besides noise [m/s].
+    0 for nothing known to 1; biases (3,) SI; ``wind`` (2,) all that the reference velocity shows besides noise [m/s];
+    ``compass_bias`` [rad] and its variance, NaN without a compass.
     """
 
     q: Array
@@ -36,13 +37,16 @@ class Answer:
     gyro_bias: Array
     accel_bias: Array
     wind: Array
+    compass_bias: float
+    compass_bias_var: float
 
     @property
     def row(self) -> Array:
-        """The twenty numbers in the order of the compiled form."""
+        """The twenty-two numbers in the order of the compiled form."""
         cov = self.tilt_cov[[0, 0, 1], [0, 1, 1]]
         heading = (self.heading, self.heading_var, self.concentration)
-        return np.hstack([self.q, self.tilt, cov, heading, self.gyro_bias, self.accel_bias, self.wind])
+        compass = (self.compass_bias, self.compass_bias_var)
+        return np.hstack([self.q, self.tilt, cov, heading, self.gyro_bias, self.accel_bias, self.wind, compass])
 
 
 @dataclass(frozen=True)
@@ -100,6 +104,8 @@ def answer(belief: Belief, setup: AlignSetup) -> Answer:
     mean, mean_heading = w @ off, float(w @ heading)
     # Covariance given the heading, and what the spread of the heading adds.
     excess = (off * w[:, None]).T @ off - np.outer(mean, mean) - P[turn, turn]
+    down = float(P[2, 2] - K[2] @ P[turn, turn] @ K[2])  # of the wander frame's azimuth, given the Earth rate
+    compass = _compass(belief, circle.info, mean, excess)
     C = matrix_from_quat(core.q)
     wind = core.velocity + belief.d[-2:]
     for k in range(0, 5 * belief.lines, 5):
@@ -109,12 +115,23 @@ def answer(belief: Belief, setup: AlignSetup) -> Answer:
         tilt=K[:2] @ mean,
         tilt_cov=P[:2, :2] + K[:2] @ excess @ K[:2].T,
         heading=float(wrap_angle(atan2(C[1, 0], C[0, 0]) + centre + mean_heading)),
-        heading_var=float(w @ heading**2 - mean_heading**2 + P[2, 2] - K[2] @ P[turn, turn] @ K[2]),
-        concentration=float(np.hypot(w @ np.cos(heading), w @ np.sin(heading))),
+        heading_var=float(w @ heading**2 - mean_heading**2 + down),
+        concentration=exp(-0.5 * down) * float(np.hypot(w @ np.cos(heading), w @ np.sin(heading))),
         gyro_bias=core.gyro_bias + K[GYRO:ACCEL] @ mean,
         accel_bias=core.accel_bias + K[ACCEL:RATE] @ mean,
         wind=wind,
+        compass_bias=compass[0],
+        compass_bias_var=compass[1],
     )
+
+
+def _compass(belief: Belief, info: Array, mean: Array, excess: Array) -> tuple[float, float]:
+    """Return mean and variance of the compass's constant error, given the Earth rate; NaN without a compass."""
+    core, P = belief.core, belief.P
+    if not core.compass_bias.size:
+        return np.nan, np.nan
+    k = P[COMPASS, RATE:COMPASS] @ info
+    return float(core.compass_bias[0] + k @ mean), float(P[COMPASS, COMPASS] + k @ excess @ k)
 
 
 def tilt_between(a: Array, b: Array) -> Array:
@@ -130,6 +147,8 @@ def mix(answers: list[Answer], weights: Array) -> Answer:
     tilts = np.array([tilt_between(one.q, ref.q) + one.tilt for one in answers])
     headings = wrap_angle([one.heading - ref.heading for one in answers])
     tilt, heading = weights @ tilts, float(weights @ headings)
+    compass = weights @ [one.compass_bias for one in answers]
+    second = weights @ [one.compass_bias_var + (one.compass_bias - compass) ** 2 for one in answers]
     covs = np.array([one.tilt_cov for one in answers])
     spread = np.einsum("k,kij->ij", weights, covs) + (tilts * weights[:, None]).T @ tilts - np.outer(tilt, tilt)
     return replace(
@@ -142,4 +161,6 @@ def mix(answers: list[Answer], weights: Array) -> Answer:
         gyro_bias=weights @ np.array([one.gyro_bias for one in answers]),
         accel_bias=weights @ np.array([one.accel_bias for one in answers]),
         wind=weights @ np.array([one.wind for one in answers]),
+        compass_bias=float(compass),
+        compass_bias_var=float(second),
     )

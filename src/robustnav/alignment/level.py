@@ -16,7 +16,7 @@ def level_attitude(readings: Array) -> Array:
 
     Parameters
     ----------
-    readings : (n, 27) rows; the slope of the summed specific force is that of gravity as far as the base stays put.
+    readings : (n, 30) rows; the slope of the summed specific force is that of gravity as far as the base stays put.
     """
     q, total = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros((len(readings) + 1, 3))
     for k, row in enumerate(readings):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from math import cos, isfinite, pi, sqrt
 
 import numpy as np
@@ -12,6 +12,16 @@ from robustnav.errors import InputError
 from robustnav.frames import Array
 
 SHORTEST_PERIOD, LONGEST_PERIOD = 0.1, 0.5  # s: the record holds 600 readings and must cover 60 s
+WORST_COMPASS = pi / 4  # rad
+
+
+@dataclass(frozen=True)
+class Compass:
+    """A compass: ``declination``, white noise ``sd`` of one bearing and its constant error ``bias_sd``, all [rad]."""
+
+    declination: float
+    sd: float
+    bias_sd: float
 
 
 @dataclass(frozen=True)
@@ -28,10 +38,14 @@ class AlignSetup:
     gyro_bias_walk, accel_bias_walk : random walk of the biases [rad/s/sqrt(s)], [m/s^2/sqrt(s)].
     reference_sd : white noise of the reference velocity, each axis and reading [m/s].
     gust_sd, gust_share : readings hit by a gust [m/s] and their share, 0 to below 1.
+    declination : from true to magnetic north, east positive [rad]; this and the next two are None without a compass.
+    compass_sd : white noise of the azimuth of one reading [rad].
+    compass_bias_sd : constant error of that azimuth [rad], below 45 degrees: hard iron, mounting, declination.
 
     Raises
     ------
-    InputError : a number that is not finite, not positive (``gust_share`` may be 0), or outside its range.
+    InputError : a number that is not finite, not positive (``gust_share`` may be 0), or outside its range; a compass of
+        which not all three numbers are given.
     """
 
     period: float
@@ -46,10 +60,15 @@ class AlignSetup:
     reference_sd: float
     gust_sd: float
     gust_share: float
+    declination: float | None = None
+    compass_sd: float | None = None
+    compass_bias_sd: float | None = None
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            low = name not in ("latitude", "gust_share") and not value > 0
+            if value is None:
+                continue
+            low = name not in ("latitude", "gust_share", "declination") and not value > 0
             if not isfinite(value) or low:
                 raise InputError(f"alignment setup {name}", got=f"{value}", expected="a positive number")
         if not SHORTEST_PERIOD <= self.period <= LONGEST_PERIOD or abs(round(1 / self.period) * self.period - 1) > 1e-6:
@@ -63,6 +82,20 @@ class AlignSetup:
             raise InputError("alignment setup latitude", got=f"{self.latitude} rad", expected="-85 to 85 degrees")
         if not 0 <= self.gust_share < 1:
             raise InputError("alignment setup gust_share", got=f"{self.gust_share}", expected="0 to below 1")
+        self._check_compass()
+
+    def _check_compass(self) -> None:
+        given = (self.declination, self.compass_sd, self.compass_bias_sd)
+        if given.count(None) not in (0, 3):
+            raise InputError(
+                "alignment setup compass",
+                got=f"declination {given[0]}, compass_sd {given[1]}, compass_bias_sd {given[2]}",
+                expected="all three, or none",
+            )
+        if self.compass_bias_sd is not None and not self.compass_bias_sd < WORST_COMPASS:
+            raise InputError(
+                "alignment setup compass_bias_sd", got=f"{self.compass_bias_sd} rad", expected="below 45 degrees"
+            )
 
     @classmethod
     def published(cls, gyro_rms: float, accel_rms: float, latitude: float) -> AlignSetup:
@@ -93,8 +126,19 @@ class AlignSetup:
 
     @property
     def numbers(self) -> Array:
-        """The twelve numbers in the order of the C structure."""
-        return np.array(astuple(self))
+        """The fifteen numbers in the order of the C structure; zeros stand for no compass."""
+        return np.array([0.0 if value is None else value for value in astuple(self)])
+
+    @property
+    def compass(self) -> Compass | None:
+        """The compass, None without one."""
+        if self.declination is None or self.compass_sd is None or self.compass_bias_sd is None:
+            return None
+        return Compass(self.declination, self.compass_sd, self.compass_bias_sd)
+
+    def without_compass(self) -> AlignSetup:
+        """Return the same without a compass."""
+        return replace(self, declination=None, compass_sd=None, compass_bias_sd=None)
 
     @property
     def horizontal_earth_rate(self) -> float:
