@@ -5,7 +5,7 @@
 
 /* Row by row the covariance half of a scalar measurement of variance -gamma^2; the d are the squared pivots of the Cholesky
  * factor of gamma^2 I - L P L', so that a d that is not positive is the failed existence condition itself. */
-int RN(hinf_enlarge)(real *P, const real *L, int rows, int n, real gamma_squared, real *margin, real *scratch)
+RN_VECTORISED int RN(hinf_enlarge)(real *P, const real *L, int rows, int n, real gamma_squared, real *margin, real *scratch)
 {
     real PH[RN_MAX_STATE], *Q = scratch;
     memcpy(Q, P, (size_t)RN_PACKED(n) * sizeof(real));

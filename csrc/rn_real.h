@@ -48,13 +48,13 @@ typedef double real;
 #define RN_INLINE static inline
 #endif
 
-/* A long function around one loop over an array, which is worth vectorising even where the build says that none is. */
+/* Of a function that is one long loop over an array: worth vectorising even where the build says that none is. */
 #if defined(__GNUC__) && !defined(__clang__)
-#define RN_VECTORISED static __attribute__((optimize("tree-loop-vectorize"), unused))
+#define RN_VECTORISED __attribute__((optimize("tree-loop-vectorize"), unused))
 #elif defined(__GNUC__)
-#define RN_VECTORISED static __attribute__((unused))
+#define RN_VECTORISED __attribute__((unused))
 #else
-#define RN_VECTORISED static
+#define RN_VECTORISED
 #endif
 
 /* An angle taken into [-pi, pi). */

@@ -1754,7 +1754,7 @@ RN_INLINE void rn_alignment_difference(const real *a, const real *b, real *e)
     e[12] = a_12 - b_12;
 }
 
-RN_VECTORISED void rn_alignment_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_alignment_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     const real u_turn_0 = u[0];
     const real u_turn_1 = u[1];

@@ -480,7 +480,7 @@ RN_INLINE void rn_attitude_difference(const real *a, const real *b, real *e)
     e[5] = a_6 - b_6;
 }
 
-RN_VECTORISED void rn_attitude_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_attitude_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(p);
     const real u_gyro_0 = u[0];

@@ -525,7 +525,7 @@ RN_INLINE void rn_attitude_euler_difference(const real *a, const real *b, real *
     e[5] = a_5 - b_5;
 }
 
-RN_VECTORISED void rn_attitude_euler_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_attitude_euler_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(p);
     const real u_gyro_0 = u[0];

@@ -3508,7 +3508,7 @@ RN_INLINE void rn_inertial_biased_difference(const real *a, const real *b, real 
     e[23] = a_24 - b_24;
 }
 
-RN_VECTORISED void rn_inertial_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_inertial_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     const real u_gyro_0 = u[0];
     const real u_gyro_1 = u[1];

@@ -1048,7 +1048,7 @@ RN_INLINE void rn_uwb_2d_biased_difference(const real *a, const real *b, real *e
     e[12] = a_12 - b_12;
 }
 
-RN_VECTORISED void rn_uwb_2d_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_uwb_2d_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(u);
     const real p_velocity_damping = p[1];

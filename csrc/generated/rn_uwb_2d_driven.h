@@ -201,7 +201,7 @@ RN_INLINE void rn_uwb_2d_driven_difference(const real *a, const real *b, real *e
     e[3] = a_3 - b_3;
 }
 
-RN_VECTORISED void rn_uwb_2d_driven_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_uwb_2d_driven_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(p);
     const real u_accel_n_0 = u[0];

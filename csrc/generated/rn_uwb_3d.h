@@ -372,7 +372,7 @@ RN_INLINE void rn_uwb_3d_difference(const real *a, const real *b, real *e)
     e[5] = a_5 - b_5;
 }
 
-RN_VECTORISED void rn_uwb_3d_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_uwb_3d_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(u);
     const real p_velocity_damping = p[1];

@@ -1336,7 +1336,7 @@ RN_INLINE void rn_uwb_3d_biased_difference(const real *a, const real *b, real *e
     e[14] = a_14 - b_14;
 }
 
-RN_VECTORISED void rn_uwb_3d_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_uwb_3d_biased_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(u);
     const real p_velocity_damping = p[1];

@@ -324,7 +324,7 @@ RN_INLINE void rn_uwb_planar_difference(const real *a, const real *b, real *e)
     e[5] = a_5 - b_5;
 }
 
-RN_VECTORISED void rn_uwb_planar_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
+RN_VECTORISED static void rn_uwb_planar_carry(const real *a, const real *b, const real *u, const real *p, real dt, real *e)
 {
     RN_UNUSED(u);
     RN_UNUSED(p);

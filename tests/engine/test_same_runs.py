@@ -1,6 +1,7 @@
 """One filter, however it runs: NumPy, C, float, whole, in parts, sample by sample, put back from a snapshot."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from robustnav.engine.reference import ReferenceFilter
 from robustnav.errors import InputError
 from robustnav.filter.ukf import Spread
 from robustnav.filter.weighting import Gate, Huber, StudentT
-from robustnav.model import NumericModel
+from robustnav.model import Equations, Model, Noise, NumericModel, Sensor, Vector
+from robustnav.run import UKF, Start
 
 
 def kernel(case, real="double"):
@@ -54,11 +56,32 @@ def test_c_is_numpy_with_soft_rules(plain, same, kind, name, rule):
     same(kernel(case).run(case.t, case.u, readings), expected, 1e-11)
 
 
-def test_c_is_numpy_with_another_spread_of_points(plain, same):
-    case = plain("ukf", "pendulum")
+@pytest.mark.parametrize("name", ["pendulum", "range_bearing", "attitude", "alignment"])
+def test_c_is_numpy_with_another_spread_of_points(plain, same, name):
+    """A centre of negative weight, in sensors that see all of the state and in those that see a part."""
+    case = plain("ukf", name)
     case.setup = replace(case.setup, spread=Spread(0.5, 2.0, 1.0))
     expected = ReferenceFilter(NumericModel(case.model), case.setup).run(case.t, case.u, case.sensors)
-    same(kernel(case).run(case.t, case.u, case.sensors), expected, 1e-12)
+    same(kernel(case).run(case.t, case.u, case.sensors), expected, 1e-11)
+
+
+def test_c_is_numpy_where_nothing_moves_and_where_nothing_is_seen(same):
+    model = Model(
+        name="standing",
+        state=(Vector("x", "m", 2),),
+        inputs=(),
+        noises=(Noise("walk", "m/sqrt(s)", 0.2, 2),),
+        sensors=(Sensor("square", "m^2", 0.3, 1), Sensor("nothing", "m", 0.5, 1)),
+        equations=lambda s: Equations({"x": s.walk}, {"square": s.x[0] ** 2, "nothing": (3,)}),
+        start_sd={"x": 0.5},
+        nominal={"x": (1.0, 2.0)},
+    )
+    t, setup = np.arange(1.0, 6.0), UKF(model, Spread(0.7, 2.0, 1.0)).setup((s := Start.at(model)).x, s.P)
+    readings = [SensorData(t, np.array([[1.0], [1.5], [0.9], [1.2], [1.1]])), SensorData(t, 3.2 * np.ones((5, 1)))]
+    one = SimpleNamespace(model=model, setup=setup)
+    expected = ReferenceFilter(NumericModel(model), setup).run(t, np.zeros((5, 0)), readings)
+    same(kernel(one).run(t, np.zeros((5, 0)), readings), expected, 1e-12)
+    np.testing.assert_array_equal(expected.x[:, 1], 2.0)
 
 
 def test_gain_sets_change_at_their_time_to_the_bit(plain):
@@ -231,6 +254,18 @@ def test_a_broken_covariance_is_refused_and_seen(plain, kind, value):
         assert not out.seen[1].used.any()
         assert np.isfinite(out.x).all()
         assert not np.isfinite(out.P).all() or (out.P[:, 6] < 0).all()
+
+
+def test_a_covariance_broken_where_no_sensor_sees_it_shows_at_the_next_prediction(plain):
+    case = plain("ukf")
+    P = case.setup.P.copy()
+    P[5, 5] = -1.0  # of the gyro's bias
+    case.setup = replace(case.setup, P=P)
+    running = kernel(case)
+    running.update(None, case.sensors[0].z[0], None, 0.0)
+    assert np.isfinite(running.state).all() and running.covariance[5, 5] < 0
+    running.update(np.zeros(3), None, None, 0.01)
+    assert np.isfinite(running.state).all() and not np.isfinite(running.covariance).all()
 
 
 @pytest.mark.parametrize("kind", ["ekf", "ukf"])

@@ -195,7 +195,7 @@ class Generator:
         inside = [f"const real {s} = {column[s]};" for s in used if s in column] + body
         lines += [f"for (int k = 0; k < {points}; k++) {{", *(f"    {line}" for line in inside), "}"]
         signature = "const real *a, const real *b, const real *u, const real *p, real dt, real *e"
-        return self._whole("RN_VECTORISED void", "carry", signature, lines)
+        return self._whole("RN_VECTORISED static void", "carry", signature, lines)
 
     def fused_rows(self, sensor: Sensor, first: int = 0) -> tuple[Exprs, Rows]:
         """Return the residual rows a sensor is fused as and their Jacobian, for a reading that starts at z[first]."""
