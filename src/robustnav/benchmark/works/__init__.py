@@ -2,6 +2,7 @@
 
 from robustnav.benchmark.timing import Work
 from robustnav.benchmark.works import (
+    alignment_step,
     attitude_batch,
     attitude_call,
     ekf_step,
@@ -19,4 +20,6 @@ WORKS: tuple[Work, ...] = (
     range_update.WORK,
     snapshot.WORK,
     strapdown.WORK,
+    alignment_step.STEP,
+    alignment_step.ALIGN,
 )
