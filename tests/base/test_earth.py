@@ -95,3 +95,30 @@ def test_a_latitude_off_the_globe_is_refused(latitude):
 @pytest.mark.parametrize("year", [2010.0, 2014.99, 2015.0, 2024.99, 2025.0, 2029.99])
 def test_every_year_from_2010_has_a_model(year):
     assert 40e-6 < earth.magnetic_field(47, 8, 0, year).norm < 60e-6
+
+
+PLACES = st.tuples(st.floats(-1.5, 1.5), st.floats(-3.1, 3.1), st.floats(-100, 9000))
+
+
+def test_ecef_of_known_places():
+    half = earth.SEMI_MAJOR * (1 - earth.FLATTENING)  # the semi-minor axis
+    for place, expected in (((0, 0, 0), (earth.SEMI_MAJOR, 0, 0)), ((np.pi / 2, 1.0, 10), (0, 0, half + 10))):
+        np.testing.assert_allclose(earth.ecef_from_geodetic(place), expected, atol=1e-8)
+
+
+@given(PLACES)
+def test_ned_steps_are_along_the_ellipsoid_and_its_normal(origin):
+    latitude, _, height = origin
+    s2 = np.sin(latitude) ** 2
+    ratio = 1 - earth.ECCENTRICITY_SQUARED * s2
+    meridian = earth.SEMI_MAJOR * (1 - earth.ECCENTRICITY_SQUARED) / ratio**1.5
+    normal = earth.SEMI_MAJOR / ratio**0.5
+    metres = np.array([1.0 / (meridian + height), 1.0 / ((normal + height) * np.cos(latitude)), -1.0])
+    p_n = earth.ned_from_geodetic(np.asarray(origin) + np.diag(metres), origin)
+    np.testing.assert_allclose(p_n, np.eye(3), atol=3e-6)
+
+
+@given(PLACES, PLACES)
+def test_ned_keeps_distances(place, origin):
+    away = earth.ecef_from_geodetic(place) - earth.ecef_from_geodetic(origin)
+    assert np.linalg.norm(earth.ned_from_geodetic(place, origin)) == pytest.approx(np.linalg.norm(away), abs=1e-6)
