@@ -12,7 +12,17 @@ from collections.abc import Sequence
 from cyclopts import App
 
 from robustnav import __version__
-from robustnav.cli import benchmarks, designs, exports, ranging, ranging_survey, recordings, studies, uwb_benchmarks
+from robustnav.cli import (
+    alignment,
+    benchmarks,
+    designs,
+    exports,
+    ranging,
+    ranging_survey,
+    recordings,
+    studies,
+    uwb_benchmarks,
+)
 from robustnav.cli.show import complain
 from robustnav.errors import RobustnavError
 
@@ -22,14 +32,18 @@ app = App(
     version=__version__,
     result_action="return_value",
 )
+simulate = App(name="simulate", help="Simulate a unit on a vehicle that turns, or on a carrier to align.")
+simulate.default(studies.simulate)
+simulate.command(alignment.simulate_alignment, name="alignment")
 app.command(studies.demo)
 app.command(recordings.doctor)
-app.command(studies.simulate)
+app.command(simulate)
 app.command(ranging.calibrate)
 app.command(ranging_survey.survey)
 app.command(ranging.gdop)
 app.command(designs.design)
 app.command(recordings.run)
+app.command(alignment.align)
 app.command(recordings.compare)
 app.command(benchmarks.benchmark)
 for one in uwb_benchmarks.COMMANDS:
