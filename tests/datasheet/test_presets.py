@@ -55,6 +55,10 @@ def test_other_units_in_si():
     assert adis.gyro.bias_instability == pytest.approx(8 * DEG / 3600)
     assert adis.gyro.turn_on_bias_sd == pytest.approx(0.2 * DEG)
     assert adis.accel.bias_instability == pytest.approx(13e-6 * 9.80665)
+    tactical = imu("hg1700")
+    assert tactical.gyro.turn_on_bias_sd == pytest.approx(1.0 * DEG / 3600)
+    assert sqrt(3600 * tactical.gyro.intensity) == pytest.approx(0.125 * DEG)
+    assert imu("stim300").gyro.turn_on_bias_sd == pytest.approx(5.0 * DEG / 3600)
     compass = magnetometer("ak8963")
     assert stated(compass.field) == pytest.approx(
         {"noise_rms_sd": 0.5e-6, "range_max": 4912e-6, "resolution": 0.15e-6}, rel=1e-9, abs=0
@@ -85,7 +89,7 @@ def test_angle_random_walk_is_the_integral_of_the_density(tmp_path):
 
 def test_every_preset_loads_and_every_figure_has_a_source():
     assert names() == {
-        "imu": ("mpu9250", "bmi088", "icm42688p", "adis16470"),
+        "imu": ("mpu9250", "bmi088", "icm42688p", "adis16470", "stim300", "hg1700"),
         "magnetometer": ("ak8963", "bmm150"),
     }
     for name in names()["imu"]:
