@@ -63,7 +63,7 @@ def align_moving(
     settings = settings or MovingStart()
     estimator = moving_ekf(log, unit, aiding, settings.latitude)
     model = estimator.model
-    fused = replace(log, streams=_streams(log, aiding))
+    fused = replace(log, streams=fused_streams(log, aiding))
     feed = feed_of(model, fused)
     news = {model.sensor_index(n): np.ones(len(fused.streams[n])) for n in SENSORS if n in fused.streams}
     task = Task(estimator, fused, feed, news, backend)
@@ -81,13 +81,12 @@ def _set_out(
     course: InertialCourse, begin: tuple[int, Window], given: tuple[GnssAiding, MovingStart], word: str
 ) -> None:
     (row, window), (aiding, settings) = begin, given
-    words = (
-        f"{word} at {course.task.feed.t[row]:.2f} s from {window.seconds:.1f} s, sd {window.cov[1, 1] ** 0.5:.2f} m/s"
-    )
+    sd = window.fit.cov[1, 1] ** 0.5
+    words = f"{word} at {course.task.feed.t[row]:.2f} s from {window.seconds:.1f} s, sd {sd:.2f} m/s"
     course.set_out(row, moving_starts(course.task, window, aiding, settings.headings), words)
 
 
-def _streams(log: Log, aiding: GnssAiding) -> dict[str, Stream]:
+def fused_streams(log: Log, aiding: GnssAiding) -> dict[str, Stream]:
     """Return the streams a log gives to the model, by the names of its inputs and sensors."""
     streams = {name: log.stream(name) for name in ("gyro", "accel")}
     for name in SENSORS:
@@ -164,7 +163,7 @@ def _lost(course: InertialCourse, settings: MovingStart) -> tuple[int, Window] |
                 continue
             last = at[k]
             found = window_at(task, row, settings)
-            if found is not None and found.agreed > _AGREED:
+            if found is not None and found.fit.agreed > _AGREED:
                 return row, found
     return None
 

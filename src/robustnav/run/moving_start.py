@@ -7,12 +7,13 @@ force; satellite readings then say, with g gravity and t counted back from the e
 
 which is linear in the end's velocity and place and in m = C u, where u is the direction of s over the window: the
 velocity and position integration formulae of Wu and Pan (2013), for one direction.  The rest of C is a turn about m,
-near the vertical, that no short window tells.  What of s and x is not along u counts as noise.
+near the vertical, that no short window tells: for each heading that is tried it turns what of s and x is not along u,
+before place, velocity and m are fitted again.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -33,30 +34,56 @@ SENSORS = ("velocity", "position")
 
 
 @dataclass(frozen=True)
-class Window:
-    """What a window tells at its end.
+class Rows:
+    """Readings of a window: ``A`` (k, 3) what each says of place, velocity and m, ``Y`` (k, 3) its numbers by axis.
 
-    ``place``, ``velocity`` and ``up_n`` (3,) [m], [m/s], [1]; ``cov`` (3, 3) of the three on each axis alike; ``up_b``
-    (3,) the direction in body axes that is ``up_n`` in navigation axes; ``force`` [m/s^2] the mean specific force along
-    it; ``seconds`` its length; ``agreed`` what its readings counted for on average, 1 where they fit.
+    ``aside`` (k, 3) is what of the integrated force is not along u, in body axes; ``variances`` (k,) are of the
+    sensors, ``spread`` (k,) what ``aside`` adds to them, unturned.
+    """
+
+    A: Array
+    Y: Array
+    aside: Array
+    variances: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What readings say at a window's end, on each axis alike.
+
+    ``place``, ``velocity`` and ``up_n`` (3,) [m], [m/s], [1] with covariance ``cov`` (3, 3) of the three on an axis;
+    ``agreed`` what the readings counted for on average, 1 where they fit.
     """
 
     place: Array
     velocity: Array
     up_n: Array
     cov: Array
+    agreed: float
+
+
+@dataclass(frozen=True)
+class Window:
+    """What a window tells before any heading is tried: ``fit`` of its ``rows``.
+
+    ``up_b`` (3,) is the direction in body axes that is ``up_n`` in navigation axes, ``force`` [m/s^2] the mean specific
+    force along it, ``seconds`` the window's length.
+    """
+
+    rows: Rows
+    fit: Fit
     up_b: Array
     force: float
     seconds: float
-    agreed: float
 
 
 def window_at(task: Task, row: int, settings: MovingStart) -> Window | None:
     """Return what the shortest window that ends at a row tells of tilt well enough, or None."""
     seconds, begin = settings.window, task.feed.t[0]
     while seconds <= settings.patience:
-        found = _fit(task, row, seconds)
-        if found is not None and np.sqrt(found.cov[2, 2]) <= settings.tilt_sd:
+        found = _window(task, row, seconds)
+        if found is not None and np.sqrt(found.fit.cov[2, 2]) <= settings.tilt_sd:
             return found
         if task.feed.t[row] - seconds <= begin:
             return None
@@ -65,35 +92,41 @@ def window_at(task: Task, row: int, settings: MovingStart) -> Window | None:
 
 
 def moving_starts(task: Task, window: Window, aiding: GnssAiding, headings: int) -> list[Start]:
-    """Return a start for each heading, with the errors they have in common.
+    """Return a start for each heading, with the errors it has in common with the others."""
+    m = window.fit.up_n / np.linalg.norm(window.fit.up_n)
+    straight, spacing = _shortest_turn(window.up_b, m), 2 * np.pi / headings
+    turns = [matrix_from_quat(quat_from_rotvec(k * spacing * m)) for k in range(headings)]
+    return [_start(task, window, aiding, turn @ straight, spacing / 2) for turn in turns]
 
-    The attitude errs with ``up_n``, across it; with the biases, by which the direction was told wrong; and about it by
-    half the spacing of the headings.
+
+def _start(task: Task, window: Window, aiding: GnssAiding, C_nb: Array, heading_sd: float) -> Start:
+    """Return a start near an attitude.
+
+    It errs with ``up_n``, across it; with the biases, by which the direction was told wrong; and about it by the sd of
+    the heading.
     """
     model = task.estimator.model
-    m = window.up_n / np.linalg.norm(window.up_n)
-    spacing = 2 * np.pi / headings
     part = model.error_slices
     turn, velocity, place = part["q_nb"], part["v_n"], part["p_n"]
-    Z = model.start_covariance()
-    across = skew(m)
+    rows = window.rows
+    lasting = rows.spread * len(rows.A) / 3  # it is smooth, so it does not average out over the readings
+    fit = _solved(rows.A, rows.Y - rows.aside @ C_nb.T, rows.variances + np.sin(heading_sd) ** 2 * lasting)
+    m = fit.up_n / np.linalg.norm(fit.up_n)
+    C_nb = _shortest_turn(C_nb @ window.up_b, m) @ C_nb
+    lever_n = C_nb @ np.asarray(aiding.lever_b)
+    blocks = {"q_nb": quat_from_matrix(C_nb), "v_n": fit.velocity, "p_n": fit.place - lever_n}
+    x = model.nominal_state()
+    for name, value in blocks.items():
+        x[model.state_slices[name]] = value
+    Z, across = model.start_covariance(), skew(m)
     for a, first in ((place, 0), (velocity, 1)):
         for b, second in ((place, 0), (velocity, 1)):
-            Z[a, b] = window.cov[first, second] * np.eye(3)
-        Z[turn, a] = window.cov[2, first] * across
+            Z[a, b] = fit.cov[first, second] * np.eye(3)
+        Z[turn, a] = fit.cov[2, first] * across
         Z[a, turn] = Z[turn, a].T
-    Z[turn, turn] = window.cov[2, 2] * across @ across.T + (spacing / 2) ** 2 * np.outer(m, m)
-    straight, out = _shortest_turn(window.up_b, m), []
-    for k in range(headings):
-        C_nb = matrix_from_quat(quat_from_rotvec(k * spacing * m)) @ straight
-        lever_n = C_nb @ np.asarray(aiding.lever_b)
-        blocks = {"q_nb": quat_from_matrix(C_nb), "v_n": window.velocity, "p_n": window.place - lever_n}
-        x = model.nominal_state()
-        for name, value in blocks.items():
-            x[model.state_slices[name]] = value
-        P = _with_drift(model, Z, -window.seconds / 2 * across @ across.T @ C_nb)
-        out.append(Start(x, correlated(model, P, across @ C_nb / window.force, lever_n)))
-    return out
+    Z[turn, turn] = fit.cov[2, 2] * across @ across.T + heading_sd**2 * np.outer(m, m)
+    Z = _with_drift(model, Z, -window.seconds / 2 * across @ across.T @ C_nb)
+    return Start(x, correlated(model, Z, across @ C_nb / window.force, lever_n))
 
 
 def _with_drift(model: Model, Z: Array, drift: Array) -> Array:
@@ -104,7 +137,7 @@ def _with_drift(model: Model, Z: Array, drift: Array) -> Array:
     return out
 
 
-def _fit(task: Task, row: int, seconds: float) -> Window | None:
+def _window(task: Task, row: int, seconds: float) -> Window | None:
     feed = task.feed
     rows = np.flatnonzero(feed.whole[: row + 1] & (feed.t[: row + 1] >= feed.t[row] - seconds))
     if len(rows) < _FEW:
@@ -115,15 +148,16 @@ def _fit(task: Task, row: int, seconds: float) -> Window | None:
         return None
     up_b = s[0] / -total
     parts = [_rows(task, name, feed.t[row], t, told, up_b) for name, told in zip(SENSORS, (s, x), strict=True)]
-    if sum(len(A) for A, _, _ in parts) < _FEW:
+    if sum(len(one.A) for one in parts) < _FEW:
         return None
-    if not len(parts[1][0]):  # without positions, place is counted from the start
-        parts.append((np.eye(3)[:1], np.zeros((1, 3)), np.array([_HERE**2])))
-    A, Y, variances = (np.concatenate([one[k] for one in parts]) for k in range(3))
-    if np.linalg.matrix_rank(A) < 3:
+    if not len(parts[1].A):  # without positions, place is counted from the start
+        zero = np.zeros((1, 3))
+        parts.append(Rows(np.eye(3)[:1], zero, zero, np.array([_HERE**2]), np.zeros(1)))
+    whole = Rows(*(np.concatenate([getattr(one, field.name) for one in parts]) for field in fields(Rows)))
+    if np.linalg.matrix_rank(whole.A) < 3:
         return None
-    found, cov, agreed = _solved(A, Y, variances)
-    return Window(found[0], found[1], found[2], cov, up_b, total / -t[0], -float(t[0]), agreed)
+    fit = _solved(whole.A, whole.Y, whole.variances + whole.spread)
+    return Window(whole, fit, up_b, total / -t[0], -float(t[0]))
 
 
 def _integrals(task: Task, rows: IntArray) -> tuple[Array, Array, Array]:
@@ -136,13 +170,13 @@ def _integrals(task: Task, rows: IntArray) -> tuple[Array, Array, Array]:
     return t, s, x
 
 
-def _rows(task: Task, name: str, end: float, t: Array, told: Array, up_b: Array) -> tuple[Array, Array, Array]:
-    """Return a sensor's readings as rows (k, 3) on place, velocity and up, (k, 3) numbers by axis, (k,) variances."""
+def _rows(task: Task, name: str, end: float, t: Array, told: Array, up_b: Array) -> Rows:
+    """Return a sensor's readings within times ``t`` (m,) back from ``end``, with force ``told`` (m, 3) integrated."""
     model = task.estimator.model
     j = model.sensor_index(name)
     data = task.feed.sensors[j]
     if data is None:
-        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+        return Rows(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     inside = (data.t > end + t[0]) & (data.t <= end) & np.isfinite(data.z).all(axis=1)
     at, z = data.t[inside] - end, data.z[inside, :3]
     along = np.array([np.interp(at, t, told[:, k]) for k in range(3)]).T
@@ -151,13 +185,13 @@ def _rows(task: Task, name: str, end: float, t: Array, told: Array, up_b: Array)
     A = np.stack([one, at, up] if name == "position" else [zero, one, up], axis=1)
     fallen = at**2 / 2 if name == "position" else at
     gravity_n = np.array([0.0, 0.0, model.parameters["gravity"]])
-    aside = np.sum((along - np.outer(up, up_b)) ** 2, axis=1) / 2
-    variance = model.sensors[j].sd ** 2 + (aside.mean() if len(at) else 0.0)
-    return A, z - np.outer(fallen, gravity_n), np.full(len(at), variance)
+    aside = along - np.outer(up, up_b)
+    spread = np.full(len(at), np.sum(aside**2) / max(len(at), 1) / 2)
+    return Rows(A, z - np.outer(fallen, gravity_n), aside, np.full(len(at), model.sensors[j].sd ** 2), spread)
 
 
-def _solved(A: Array, Y: Array, variances: Array) -> tuple[Array, Array, float]:
-    """Return solution (3, 3), its covariance (3, 3) on each axis, and the mean Student-t weight of the rows."""
+def _solved(A: Array, Y: Array, variances: Array) -> Fit:
+    """Fit place, velocity and up (rows of (3, 3)) to readings by Student-t weights."""
     weights, rule = np.ones(len(A)), StudentT()
     for _ in range(_PASSES):
         scaled = A * (weights / variances)[:, None]
@@ -165,7 +199,7 @@ def _solved(A: Array, Y: Array, variances: Array) -> tuple[Array, Array, float]:
         found = cov @ scaled.T @ Y
         squares = np.sum((Y - A @ found) ** 2, axis=1) / variances
         weights = np.array([rule.weight(float(r), 3) for r in squares])
-    return found, cov, float(weights.mean())
+    return Fit(found[0], found[1], found[2], cov, float(weights.mean()))
 
 
 def _shortest_turn(a: Array, b: Array) -> Array:

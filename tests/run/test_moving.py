@@ -1,0 +1,275 @@
+"""Alignment of a moving carrier: from any attitude, honest, near a filter that knew, causal, robust, lost and found."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robustnav.datasheet.sensors import Imu, SensorSpec
+from robustnav.errors import EstimatorError, InputError
+from robustnav.frames import euler_from_quat, quat_from_euler, rotate, rotation_error
+from robustnav.logs import read
+from robustnav.models import InertialNoise
+from robustnav.records import Stream
+from robustnav.run.feed import feed_of
+from robustnav.run.loop import Start, run
+from robustnav.run.moving import align_moving, fused_streams
+from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart, moving_ekf
+from robustnav.run.moving_start import moving_starts, window_at
+from robustnav.run.task import Task
+from robustnav.sim.moving import MovingKit, Receiver, simulate_moving
+from robustnav.sim.moving_ways import way
+from robustnav.sim.sensor_errors import ErrorSwitches
+from robustnav.units import DEG, DEG_PER_HOUR, MILLI_G
+
+DATA = os.environ.get("ROBUSTNAV_DATA")
+HZ, LATITUDE = 50.0, 47 * DEG
+NOISE = InertialNoise(2e-4, 2e-3, 2e-6, 1e-4)
+UNIT = InertialUnit(NOISE, 0.3 * DEG, 0.15)
+IMU = Imu("made", SensorSpec(density=2**0.5 * 2e-4, random_walk=2e-6, turn_on_bias_sd=0.3 * DEG),
+          SensorSpec(density=2**0.5 * 2e-3, random_walk=1e-4, turn_on_bias_sd=0.15))  # fmt: skip
+ERRORS = ErrorSwitches(white_noise=True, random_walk=True, turn_on_bias=True)
+BOTH = GnssAiding(0.1, 1.5)
+
+
+def recording(name, seed, receiver=Receiver(), duration=20.0, **kit):  # noqa: B008 - frozen
+    states = way(name, seed, duration, HZ)
+    return states, simulate_moving(states, MovingKit(IMU, ERRORS, receiver, **kit), latitude=LATITUDE, seed=seed)
+
+
+def task_of(log, aiding=BOTH):
+    model = moving_ekf(log, UNIT, aiding).model
+    fused = replace(log, streams=fused_streams(log, aiding))
+    return Task(moving_ekf(log, UNIT, aiding), fused, feed_of(model, fused), {}, "auto")
+
+
+def errors(states, said):
+    rows = np.searchsorted(states.t, said.t - 1e-6)
+    return rotation_error(states.q_nb[rows], said.state["q_nb"])
+
+
+def found_at(said):
+    return [float(word.split()[3]) for word in said.events if word.startswith("heading found")]
+
+
+@pytest.mark.parametrize(
+    "aiding", [GnssAiding(0.1, 0.3), GnssAiding(0.1), GnssAiding(position_sd=0.3)], ids=["both", "velocity", "position"]
+)
+def test_a_start_errs_as_it_says_at_any_attitude(aiding):
+    settings, squares, tilts = MovingStart(tilt_sd=6 * DEG), [], []
+    for seed in range(60):
+        states, log = recording("drone", seed, Receiver(10.0, 0.1, 0.3), 6.0)
+        turn = quat_from_euler(np.random.default_rng(seed).uniform(-3, 3, 3))  # the unit is mounted anyhow
+        axes = {
+            n: Stream(n, log.streams[n].t, rotate(turn, log.streams[n].values), log.streams[n].unit)
+            for n in ("gyro", "accel")
+        }
+        task = task_of(replace(log, streams={**log.streams, **axes}), replace(aiding, lever_b=(0.0, 0.0, 0.0)))
+        row = 290
+        window = window_at(task, row, settings)
+        C_nb = rotate(states.q_nb[row], rotate(turn * [1, -1, -1, -1], np.eye(3))).T
+        starts = moving_starts(task, window, aiding, 24)
+        e = [_error(task, states, row, C_nb, start) for start in starts]
+        k = int(np.argmin([abs(one[2]) for one in e]))
+        tilts.append(np.linalg.norm(e[k][:2]))
+        keep = [*range(6), *([6, 7, 8] if aiding.position_sd else [])]
+        squares.append(e[k][keep] @ np.linalg.solve(starts[k].P[np.ix_(keep, keep)], e[k][keep]) / len(keep))
+        assert abs(e[k][2]) < 12 * DEG
+    assert 0.65 < np.mean(squares) < 1.2  # of 60 times 6 or 9 numbers; the heading's part is uniform, so a third
+    assert np.median(tilts) < 4 * DEG
+
+
+def _error(task, states, row, C_nb, start):
+    parts = task.estimator.model.state_slices
+    q = start.x[parts["q_nb"]]
+    from robustnav.frames import quat_from_matrix
+
+    e = rotation_error(quat_from_matrix(C_nb), q)
+    return np.concatenate([e, states.v_n[row] - start.x[parts["v_n"]], states.p_n[row] - start.x[parts["p_n"]]])
+
+
+@pytest.mark.parametrize("name", ["drone", "car"])
+def test_errors_are_as_large_as_stated_and_near_those_of_a_filter_that_knew(name):
+    squares, late, knew, found = [], [], [], []
+    for seed in range(25):
+        states, log = recording(name, seed)
+        said = align_moving(log, UNIT, BOTH)
+        e = errors(states, said)
+        found += found_at(said)
+        rows = np.searchsorted(said.t, [2.0, 5.0, 10.0, 19.0])
+        squares.append((e[rows] / said.sd["q_nb"][rows]) ** 2)
+        late.append(e[-1])
+        estimator = moving_ekf(log, UNIT, BOTH)
+        start = Start.at(
+            estimator.model,
+            {**estimator.model.start_sd, "q_nb": 1e-3, "v_n": 0.01, "p_n": 0.01},
+            **{block: getattr(states, block)[0] for block in ("q_nb", "v_n", "p_n")},
+        )
+        peer = run(estimator, replace(log, streams=fused_streams(log, BOTH)), start)
+        knew.append(errors(states, peer)[-1])
+    assert len(found) == 25 and np.median(found) < {"drone": 4.0, "car": 11.0}[name]
+    mean = np.mean(squares, axis=0)
+    assert mean.max() < 2.0 and mean.mean() < 1.4 and mean.mean() > 0.5  # 25 runs: 1 +- 0.57 covers 95 %
+    rms = [np.sqrt(np.mean(np.square(one), axis=0)) for one in (late, knew)]
+    assert np.linalg.norm(rms[0]) < {"drone": 1.5, "car": 2.0}[name] * np.linalg.norm(rms[1])
+
+
+def test_while_the_heading_is_unknown_it_says_so():
+    states, log = recording("car", 3)
+    still = {
+        n: replace(s, values=np.tile(s.values[:1] if n != "gyro" else 0 * s.values[:1], (len(s), 1)))
+        for n, s in log.streams.items()
+    }
+    still["accel"] = replace(still["accel"], values=np.tile([0.0, 0.0, -9.808], (len(states.t), 1)))
+    rng = np.random.default_rng(1)
+    for name, sd in (("gnss_velocity", 0.1), ("gnss_position", 1.5)):
+        still[name] = replace(still[name], values=rng.normal(0, sd, still[name].values.shape))
+    said = align_moving(replace(log, streams=still), UNIT, BOTH)
+    assert said.sd["q_nb"][:, 2].min() > 60 * DEG and said.sd["q_nb"][-1, :2].max() < 2 * DEG
+    assert any(word.startswith("heading not found by") for word in said.events)
+
+
+def test_nothing_looks_ahead():
+    _, log = recording("car", 4)
+    whole, part = (align_moving(one, UNIT, BOTH) for one in (log, log.between(0.0, 11.1)))
+    n = len(part.t)
+    for name, values in part.state.items():
+        np.testing.assert_array_equal(values, whole.state[name][:n])
+        np.testing.assert_array_equal(part.sd[name], whole.sd[name][:n])
+
+
+def test_the_smoother_knows_from_the_start():
+    states, log = recording("car", 5)
+    forward, back = (align_moving(log, UNIT, BOTH, smooth=smooth) for smooth in (False, True))
+    assert np.abs(errors(states, back)[:, 2]).max() < 6 * DEG < forward.sd["q_nb"][0, 2]
+    assert back.estimator == "mekf-rts" and back.sd["q_nb"][0, 2] < 4 * DEG
+
+
+def test_outliers_and_outages_cost_little_and_are_named():
+    late = []
+    for seed in range(8):
+        states, log = recording("drone", seed, Receiver(outages=((8.0, 14.0),), outlier_share=0.15))
+        said = align_moving(log, UNIT, BOTH)
+        late.append(np.abs(errors(states, said)[-1]).max())
+        assert any(word.startswith("no gnss_velocity from 7.") for word in said.events)
+        assert not any("lost" in word for word in said.events) and found_at(said)[0] < 8.0
+    assert max(late) < 4 * DEG
+
+
+def test_a_filter_lost_by_a_knock_starts_again():
+    states, log = recording("drone", 6, duration=40.0)
+    gyro = log.streams["gyro"]
+    knocked = gyro.values.copy()
+    knocked[(gyro.t > 15.0) & (gyro.t < 15.2)] += [0.0, 15.0, 10.0]
+    log = replace(log, streams={**log.streams, "gyro": replace(gyro, values=knocked)})
+    said = align_moving(log, UNIT, BOTH)
+    again = [word for word in said.events if word.startswith("lost and started again at ")]
+    assert again and 16 < float(again[0].split()[5]) < 24
+    assert np.abs(errors(states, said)[-1] / said.sd["q_nb"][-1]).max() < 4
+    never = align_moving(log, UNIT, BOTH, MovingStart(restart=False))
+    assert not any("lost" in word for word in never.events)
+
+
+def test_a_late_receiver_is_moved_back_and_its_arm_is_known():
+    worse, better = [], []
+    arm = (2.0, 0.0, -1.0)
+    for seed in range(6):
+        states, log = recording("drone", seed, Receiver(position_sd=0.2, lever_b=arm, delay=0.2))
+        one = GnssAiding(position_sd=0.2)
+        worse.append(np.linalg.norm(errors(states, align_moving(log, UNIT, one))[-1]))
+        better.append(np.linalg.norm(errors(states, align_moving(log, UNIT, replace(one, lever_b=arm, delay=0.2)))[-1]))
+    assert np.mean(better) < 0.5 * np.mean(worse) and max(better) < 3 * DEG
+
+
+def test_one_reading_of_a_compass_is_all_it_tells():
+    states, log = recording("car", 7, compass_sd=8 * DEG)
+    off = np.angle(np.exp(1j * (log.streams["heading"].values[0, 0] - euler_from_quat(states.q_nb)[0, 2])))
+    said = align_moving(log, UNIT, replace(BOTH, heading_sd=10 * DEG))
+    assert len(said.innovations["heading"].t) == 1
+    assert any(word.startswith("1 of 101 heading readings") for word in said.events)
+    early, bare = np.searchsorted(said.t, 1.5), align_moving(log, UNIT, BOTH)
+    assert said.sd["q_nb"][early, 2] < 40 * DEG < bare.sd["q_nb"][np.searchsorted(bare.t, 1.5), 2]
+    last = errors(states, said)[-1, 2]
+    assert abs(last) < min(3 * DEG, abs(off)) and abs(last) < 4 * said.sd["q_nb"][-1, 2]
+
+
+def test_the_earths_rate_counts_for_a_unit_that_feels_it():
+    fine = InertialUnit(InertialNoise(1e-6, 3e-4, 2e-9, 1e-6), 0.1 * DEG_PER_HOUR, MILLI_G)
+    imu = Imu("fine", SensorSpec(density=1.4e-6, turn_on_bias_sd=fine.gyro_bias_sd), SensorSpec(density=4e-4))
+    states = way("drone", 8, 40.0, HZ)
+    log = simulate_moving(states, MovingKit(imu, ERRORS, Receiver()), latitude=LATITUDE, seed=8)
+    nowhere = replace(log, info={})
+    said, blind = align_moving(log, fine, BOTH), align_moving(nowhere, fine, BOTH)
+    told = align_moving(nowhere, fine, BOTH, MovingStart(latitude=LATITUDE))
+    np.testing.assert_array_equal(said.state["q_nb"], told.state["q_nb"])
+    scaled = [np.abs(errors(states, one)[-1] / one.sd["q_nb"][-1]).max() for one in (said, blind)]
+    assert scaled[0] < 4 < scaled[1]
+    assert any(word.startswith("no latitude") for word in blind.events)
+
+
+def test_missing_readings_and_streams_are_named():
+    states, log = recording("drone", 9)
+    velocity = log.streams["gnss_velocity"]
+    holes = velocity.values.copy()
+    holes[::3, 1] = np.nan
+    log = replace(log, streams={**log.streams, "gnss_velocity": replace(velocity, values=holes)})
+    said = align_moving(log, UNIT, GnssAiding(0.1))
+    assert "34 of 100 velocity readings missing: not fused" in said.events
+    assert "gnss_position without position_sd: not fused" in said.events
+    assert np.abs(errors(states, said)[-1]).max() < 3 * DEG
+    bare = replace(log, streams={n: s for n, s in log.streams.items() if n != "gnss_position"})
+    assert "no gnss_position stream: not fused" in align_moving(bare, UNIT, BOTH).events
+
+
+def test_what_cannot_be_is_refused():
+    _, log = recording("drone", 0, duration=5.0)
+    bare = {n: s for n, s in log.streams.items() if not n.startswith("gnss")}
+    with pytest.raises(InputError, match="no GNSS to align with"):
+        align_moving(replace(log, streams=bare), UNIT, BOTH)
+    for change in ({"frame": "b"}, {"unit": "km/h"}, {"values": log.streams["gnss_velocity"].values[:, :2]}):
+        wrong = {**log.streams, "gnss_velocity": replace(log.streams["gnss_velocity"], **change)}
+        with pytest.raises(InputError, match="'gnss_velocity'"):
+            align_moving(replace(log, streams=wrong), UNIT, BOTH)
+    far = {**log.streams, "gnss_velocity": replace(log.streams["gnss_velocity"], t=log.streams["gnss_velocity"].t + 99)}
+    with pytest.raises(EstimatorError, match="no tilt to start from"):
+        align_moving(replace(log, streams=far), UNIT, GnssAiding(0.1))
+    for make, bad in (
+        (GnssAiding, {}),
+        (GnssAiding, {"velocity_sd": 0.0}),
+        (GnssAiding, {"velocity_sd": 1.0, "lever_b": (0.0, float("nan"), 0.0)}),
+        (MovingStart, {"headings": 3}),
+        (MovingStart, {"window": 0.0}),
+        (MovingStart, {"latitude": 2.0}),
+        (lambda **k: InertialUnit(NOISE, **k), {"gyro_bias_sd": 0.0, "accel_bias_sd": 1.0}),
+    ):
+        with pytest.raises(InputError):
+            make(**bad)
+    with pytest.raises(InputError, match="nothing"):
+        InertialUnit.from_datasheet(
+            "nothing", gyro_bias_density=1e-6, accel_bias_density=1e-4, gyro_bias_sd=0.1, accel_bias_sd=0.1
+        )
+
+
+@pytest.mark.skipif(not DATA, reason="set ROBUSTNAV_DATA to the folder with px4/")
+def test_recorded_flights_of_a_simulator():
+    folder, unit = Path(DATA or ".") / "px4", InertialUnit(InertialNoise(2e-3, 0.05, 2e-5, 5e-4), 0.3 * DEG, 0.3)
+    aiding = GnssAiding(0.03, 0.3, delay=0.1)
+    said = align_moving(read(folder / "ekf_gsf_reset.csv"), unit, aiding)
+    (found,) = found_at(said)
+    assert 25 < found < 29  # it takes off at 22 s
+    k = np.searchsorted(said.t, 31.0)
+    yaw, sd = euler_from_quat(said.state["q_nb"][k])[2], said.sd["q_nb"][k, 2]
+    assert abs(yaw - 91 * DEG) < 3 * sd < 12 * DEG  # 88 deg magnetic, declination 2.8 deg
+    velocity = said.innovations["velocity"]
+    flown = (velocity.t > 20) & (velocity.t < 33)
+    z = velocity.z[flown] / np.sqrt(velocity.s[flown])
+    assert (
+        np.nanmean(velocity.nis[flown]) < 3.5
+        and np.abs(np.sum(z[1:] * z[:-1], axis=0) / np.sum(z**2, axis=0)).max() < 0.45
+    )
+    climbs = align_moving(read(folder / "iris_gps.csv"), unit, aiding)
+    assert any(word.startswith("heading not found") for word in climbs.events)  # straight up and down
+    yaw, sd = euler_from_quat(climbs.state["q_nb"][-1])[2], climbs.sd["q_nb"][-1, 2]
+    assert abs(yaw - 25 * DEG) < 2 * sd
