@@ -15,6 +15,7 @@ from robustnav.engine import strapdown as compiled
 from robustnav.errors import InputError
 from robustnav.frames import rotation_error
 from robustnav.sim.alignment import (
+    in_other_wind,
     load_scenario,
     scenario_names,
     simulate_alignment,
@@ -41,7 +42,7 @@ def within(value, expected, n, sigmas=4.5):
 
 def test_every_scenario_loads_in_every_wind():
     assert scenario_names() == ("s-10-10-60", "s-30-30-170", "h-10-10-60", "h-30-30-170")
-    assert wind_names() == ("printed", "lines", "gusts", "markov", "lines-markov", "none", "changing")
+    assert wind_names() == ("printed", "lines", "gusts", "markov", "lines-markov", "none", "changing", "changing-back")
     for name in scenario_names():
         for blowing in wind_names():
             scenario = load_scenario(name, blowing)
@@ -130,6 +131,15 @@ def test_a_damaged_file_is_refused_or_whole(tmp_path_factory, at, junk, cut):
         load_scenario(file)
 
 
+def test_only_the_wind_and_the_start_can_be_others():
+    first = simulate_alignment(short(duration=0.1), 5)
+    near = in_other_wind(first, short("s-10-10-60", duration=0.1))
+    np.testing.assert_array_equal(near.q_nb_start, simulate_alignment(near.scenario, 5).q_nb_start)
+    for other in (short("h-30-30-170", duration=0.1), short(duration=0.1, latitude=0.1), short(duration=0.2)):
+        with pytest.raises(InputError, match="other wind"):
+            in_other_wind(first, other)
+
+
 # ---- one run ---------------------------------------------------------------------------------------------------------
 
 
@@ -163,6 +173,12 @@ def test_a_seed_is_a_run_and_a_wind_changes_nothing_else():
     assert (first.wind_n != other.wind_n).all(axis=1).sum() == 0  # down is calm in both
     assert (first.wind_n[:, :2] != other.wind_n[:, :2]).all()
     np.testing.assert_allclose(first.velocity.values - first.wind_n, other.velocity.values - other.wind_n, atol=1e-14)
+    moved = in_other_wind(first, replace(other.scenario, velocity_sd=0.02))
+    again = simulate_alignment(moved.scenario, 5)
+    assert moved.increments is first.increments
+    np.testing.assert_array_equal(moved.velocity.values, again.velocity.values)
+    np.testing.assert_array_equal(moved.wind_n, again.wind_n)
+    np.testing.assert_array_equal(moved.q_nb_start, again.q_nb_start)
     runs = simulate_alignments(short(duration=0.1), count())  # endless, so nothing is made ahead
     assert [run.seed for run in islice(runs, 3)] == [0, 1, 2]
     with pytest.raises(InputError, match="seed"):
@@ -289,7 +305,9 @@ def test_a_wind_that_changes_changes_once():
     alone, changed = (wind(parts, t, np.random.default_rng(5)) for parts in ((lines,), (lines, after)))
     np.testing.assert_array_equal(changed[:50], alone[:50])
     assert not changed[50:].any()
-    assert load_scenario("s-10-10-60", "changing").wind[1].start == 100.0
+    there, back = (load_scenario("s-10-10-60", name).wind for name in ("changing", "changing-back"))
+    assert [part.start for part in there] == [part.start for part in back] == [0.0, 100.0]
+    assert (there[0].lines, there[1].markov) == (back[1].lines, back[0].markov)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import exp, pi
 
@@ -22,6 +22,7 @@ from robustnav.strapdown.preintegration import preintegrate
 __all__ = [
     "AlignmentData",
     "Unit",
+    "in_other_wind",
     "load_scenario",
     "scenario_names",
     "simulate_alignment",
@@ -61,6 +62,13 @@ class AlignmentData:
     wind_n: Array
     q_nb_start: Array
 
+    @property
+    def q_nb(self) -> Array:
+        """The true attitude (n + 1, 4)."""
+        if self.truth.q_nb is None:
+            raise InputError("simulated alignment", got="a truth without attitude", expected="q_nb")
+        return self.truth.q_nb
+
 
 @dataclass(frozen=True)
 class Unit:
@@ -90,20 +98,38 @@ def simulate_alignment(scenario: Scenario, seed: int, preintegrate: Preintegrate
     n = scenario.intervals
     t = np.arange(n + 1, dtype=np.float64) / scenario.filter_rate_hz
     q_nb = attitude_n(scenario.sway, unit.heading, t)
-    blown = wind(scenario.wind, t[1:], _generator(seed, "wind"))
-    noise = scenario.velocity_sd * _generator(seed, "velocity").standard_normal((n, 3))
-    signs = _generator(seed, "start").choice([-1.0, 1.0], 3)
+    velocity, blown = _reference(scenario, seed, t[1:])
     return AlignmentData(
         scenario=scenario,
         seed=seed,
         increments=preintegrate(unit.samples, scenario.every),
-        velocity=Stream("velocity", t[1:], blown + noise, "m/s", "n"),
+        velocity=velocity,
         truth=Truth(t, q_nb, north="true", v_n=np.zeros((n + 1, 3)), accuracy="exact"),
         gyro_bias=unit.gyro_bias,
         accel_bias=unit.accel_bias,
         wind_n=blown,
-        q_nb_start=quat_multiply(quat_from_rotvec(signs * scenario.misalignment), q_nb[0]),
+        q_nb_start=_start(scenario, seed, q_nb[0]),
     )
+
+
+def in_other_wind(data: AlignmentData, scenario: Scenario) -> AlignmentData:
+    """Return what ``simulate_alignment(scenario, data.seed)`` would, from the inertial data already there.
+
+    Parameters
+    ----------
+    data : a run.
+    scenario : one that differs from the run's in name, wind, noise of the reference and misalignment alone.
+
+    Raises
+    ------
+    InputError : it differs in something else.
+    """
+    free = {name: getattr(data.scenario, name) for name in ("name", "wind", "velocity_sd", "misalignment")}
+    if replace(scenario, **free) != data.scenario:
+        raise InputError("other wind", got=scenario.name, expected=f"motion, place and unit of {data.scenario.name}")
+    velocity, blown = _reference(scenario, data.seed, data.velocity.t)
+    start = _start(scenario, data.seed, data.q_nb[0])
+    return replace(data, scenario=scenario, velocity=velocity, wind_n=blown, q_nb_start=start)
 
 
 def simulate_alignments(
@@ -145,6 +171,18 @@ def _corrupt(true: Array, errors: SensorErrors, scenario: Scenario, rng: np.rand
     out += true
     out.reshape(n, scenario.every, 3)[...] += bias[:n, None] * dt
     return out, bias
+
+
+def _reference(scenario: Scenario, seed: int, t: Array) -> tuple[Stream, Array]:
+    """Return the reference's readings, and the wind (n, 3) [m/s] in them."""
+    blown = wind(scenario.wind, t, _generator(seed, "wind"))
+    noise = scenario.velocity_sd * _generator(seed, "velocity").standard_normal((len(t), 3))
+    return Stream("velocity", t, blown + noise, "m/s", "n"), blown
+
+
+def _start(scenario: Scenario, seed: int, q_nb: Array) -> Array:
+    signs = _generator(seed, "start").choice([-1.0, 1.0], 3)
+    return quat_multiply(quat_from_rotvec(signs * scenario.misalignment), q_nb)
 
 
 def _generator(seed: int, draw: str) -> np.random.Generator:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import gcd, pi, sqrt
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from robustnav.strapdown.static import Place
 # Gauss-Legendre over [0, 1], exact for polynomials of degree 5.
 _NODES = (0.5 - sqrt(0.15), 0.5, 0.5 + sqrt(0.15))
 _WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
+PIECES = 2000  # at most, of a product over all samples
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,8 @@ class SwayIncrements:
         """Return what an ideal unit measures with its h axes turned by ``heading`` [rad] from north, at a place."""
         q_hn = quat_from_rotvec([0.0, 0.0, -heading])
         earth_rate_h, force_h = rotate(q_hn, place.earth_rate_n), rotate(q_hn, -place.gravity_n)
-        rows = self.axes.reshape(-1, 3)  # one product of a long matrix is far faster than one of 3 x 3 a sample
+        # One product of 3 x 3 a sample is slow, and so is one of all: BLAS then wakes threads of its own.
+        rows = self.axes.reshape(gcd(len(self.axes), PIECES), -1, 3)
         angle, velocity = ((rows @ vector_h).reshape(-1, 3) for vector_h in (earth_rate_h, force_h))
         angle += self.angle
         return ImuSamples(angle, velocity, self.dt)
