@@ -10,19 +10,19 @@ from robustnav.alignment.riekf import (
     Belief,
     InvariantStart,
     invariant_ekf,
-    left_jacobian,
     moved,
     predict,
     step_of,
     transition,
+    turn_and_jacobian,
 )
 from robustnav.errors import InputError
 from robustnav.frames import (
     euler_from_quat,
-    quat_conjugate,
+    matrix_from_quat,
+    quat_from_matrix,
     quat_from_rotvec,
     quat_multiply,
-    rotate,
     rotvec_from_quat,
     wrap_angle,
 )
@@ -33,22 +33,41 @@ from .conftest import COARSE, FINE, make_case, setup_of, tilt_of
 CORRECTIONS = ("first order", "lie")
 
 
+def matrix_from_rotvec(rotvec):
+    return matrix_from_quat(quat_from_rotvec(rotvec))
+
+
 def drawn(rng, m):
-    q = quat_from_rotvec(rng.normal(size=(m, 3)))
-    return Belief(q, rng.normal(size=(m, 3)) * 3, *(1e-3 * rng.normal(size=(2, m, 3))), np.zeros((m, 12, 12)))
+    C = matrix_from_rotvec(rng.normal(size=(m, 3)))
+    return Belief(C, rng.normal(size=(m, 3)) * 3, *(1e-3 * rng.normal(size=(2, m, 3))), np.zeros((m, 12, 12)))
+
+
+def times(C, v):
+    return np.einsum("...ij,...j->...i", C, v)
 
 
 def truth_at(belief, error):
     """The true state that has an error (m, 12) about the estimate."""
-    turn = quat_from_rotvec(error[:, :3])
-    v = rotate(turn, belief.v) + error[:, 3:6]
-    q = quat_multiply(turn, belief.q)
-    return Belief(q, v, belief.gyro + error[:, 6:9], belief.accel + error[:, 9:], belief.P)
+    turn = matrix_from_rotvec(error[:, :3])
+    v = times(turn, belief.v) + error[:, 3:6]
+    return Belief(turn @ belief.C, v, belief.gyro + error[:, 6:9], belief.accel + error[:, 9:], belief.P)
 
 
-def error_of(q, v, q_est, v_est):
-    turn = quat_multiply(q, quat_conjugate(q_est))
-    return np.hstack([rotvec_from_quat(turn), v - rotate(turn, v_est)])
+def error_of(C, v, C_est, v_est):
+    turn = C @ C_est.swapaxes(-1, -2)
+    return np.hstack([rotvec_from_quat(quat_from_matrix(turn)), v - times(turn, v_est)])
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-6, 3e-4, 0.1, 3.0])
+def test_a_turn_is_the_rotation_and_its_jacobian_the_slope(size):
+    theta = size * np.array([[0.6, -0.48, 0.64]])
+    turn, J = turn_and_jacobian(theta)
+    np.testing.assert_allclose(turn, matrix_from_rotvec(theta), atol=1e-12)
+    for k in range(3):
+        d = 1e-6 * np.eye(3)[k]
+        ahead, behind = (turn_and_jacobian(theta + sign * d)[0] for sign in (1, -1))
+        slope = rotvec_from_quat(quat_from_matrix(ahead @ behind.swapaxes(1, 2))) / 2e-6
+        np.testing.assert_allclose(J[:, :, k], slope, atol=1e-8)
 
 
 def test_the_transition_is_the_derivative_of_the_step():
@@ -57,17 +76,18 @@ def test_the_transition_is_the_derivative_of_the_step():
     J, H = 0.1 * np.eye(3) + 0.01 * rng.normal(size=(m, 3, 3)), 0.1 * rng.normal(size=(m, 3, 3))
     row = np.hstack([quat_from_rotvec(0.2 * rng.normal(size=(m, 3))), rng.normal(size=(m, 3)), J.reshape(m, 9)])
     row = np.hstack([row, H.reshape(m, 9)])
-    F, q, v = transition(belief, row, step)
+    turn = matrix_from_quat(row[:, :4])
+    F, C, v = transition(belief, turn, row, step)
     for k in range(12):
         ends = []
         for sign in (1, -1):
             error = np.zeros((m, 12))
             error[:, k] = sign * h
-            _, q_true, v_true = transition(truth_at(belief, error), row, step)
-            ends.append(error_of(q_true, v_true, q, v))
+            _, C_true, v_true = transition(truth_at(belief, error), turn, row, step)
+            ends.append(error_of(C_true, v_true, C, v))
         slope = (ends[0] - ends[1]) / (2 * h)
         # J is the derivative at zero bias, and the Earth turns by 7e-6 within the step
-        np.testing.assert_allclose(F[:, :6, k], slope, atol=2e-4 * max(1.0, np.abs(slope).max()))
+        np.testing.assert_allclose(F[:, :, k], slope, atol=2e-4 * max(1.0, np.abs(slope).max()))
 
 
 def test_what_a_step_adds_is_the_noise_of_the_sensors():
@@ -79,9 +99,9 @@ def test_what_a_step_adds_is_the_noise_of_the_sensors():
     measured = np.tile(row, (m, 1))
     measured[:, :4] = quat_from_rotvec(setup.gyro_density * np.sqrt(setup.period) * rng.normal(size=(m, 3)))
     measured[:, 4:7] += setup.accel_density * np.sqrt(setup.period) * rng.normal(size=(m, 3))
-    _, q, v = transition(belief, np.tile(row, (m, 1)), step)
-    predict(belief, measured, step)
-    found, claimed = np.cov(error_of(q, v, belief.q, belief.v).T), belief.P[0, :6, :6]
+    _, C, v = transition(belief, np.eye(3)[None], np.tile(row, (m, 1)), step)
+    predict(belief, matrix_from_quat(measured[:, :4]), measured, step)
+    found, claimed = np.cov(error_of(C, v, belief.C, belief.v).T), belief.P[0, :6, :6]
     np.testing.assert_allclose(claimed, found, atol=0.05 * np.abs(found).max())
     assert np.abs(claimed[3:, :3]).max() > 0.3 * claimed[0, 0]
 
@@ -92,13 +112,13 @@ def test_a_correction_moves_errors_as_it_says(correction, size):
     rng, m, h = np.random.default_rng(2), 4, 1e-6
     belief = drawn(rng, m)
     dx = np.hstack([size * rng.normal(size=(m, 3)), rng.normal(size=(m, 3))])
-    q, v, G = moved(belief.q, belief.v, dx, correction)
+    C, v, G = moved(belief.C, belief.v, dx, correction)
 
     def truth(d):  # an error dx + d before the move, in the coordinates in which the correction is one of these
-        turn, J = quat_from_rotvec((dx + d)[:, :3]), left_jacobian((dx + d)[:, :3])
+        turn, J = turn_and_jacobian((dx + d)[:, :3])
         nu = (dx + d)[:, 3:]
-        shift = nu if correction == "first order" else np.einsum("nij,nj->ni", J, nu)
-        return error_of(quat_multiply(turn, belief.q), rotate(turn, belief.v) + shift, q, v)
+        shift = nu if correction == "first order" else times(J, nu)
+        return error_of(turn @ belief.C, times(turn, belief.v) + shift, C, v)
 
     np.testing.assert_allclose(truth(0 * dx), 0, atol=1e-12)
     for k in range(6):
@@ -132,7 +152,7 @@ def test_it_levels_in_wind(coarse, correction):
     start = started(cases, np.array([10.0, 10.0, 60.0]) * DEG, np.random.default_rng(3))
     said = invariant_ekf(rows, z, start, replace(setup_of(COARSE), reference_sd=1.0), correction)
     assert said.q_nb.shape == (len(cases), len(cases[0].t) + 1, 4)
-    np.testing.assert_array_equal(said.q_nb[:, 0], start.q_nb)
+    np.testing.assert_allclose(matrix_from_quat(said.q_nb[:, 0]), matrix_from_quat(start.q_nb), atol=1e-14)
     last = [np.linalg.norm(tilt_of(q[-1:], case.q_nb[-1:])) for q, case in zip(said.q_nb, cases, strict=True)]
     assert np.median(last) < 10 * ARCMIN
 
@@ -150,8 +170,8 @@ def test_mean_wind_is_not_taken_for_heading_when_errors_are_carried_along(coarse
     real = riekf.moved
 
     def forgetful(*arguments):
-        q, v, G = real(*arguments)
-        return q, v, np.tile(np.eye(6), (len(G), 1, 1))
+        C, v, G = real(*arguments)
+        return C, v, np.tile(np.eye(6), (len(G), 1, 1))
 
     monkeypatch.setattr(riekf, "moved", forgetful)
     assert (heading_sd() < 8.0).all()
