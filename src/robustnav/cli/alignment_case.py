@@ -184,7 +184,7 @@ def _against(said: Alignment, truth: Truth) -> Against:
     from robustnav.evaluate.reference import reference_at
     from robustnav.frames import euler_from_quat
     from robustnav.report.alignment_course import Against
-    from robustnav.studies.alignment_runs import heading_error, tilt_error
+    from robustnav.studies.alignment_errors import heading_error, tilt_error
 
     q_true = reference_at(truth, said.t).q_nb
     known = 1.0 if truth.north == "true" else np.nan

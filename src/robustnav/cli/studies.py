@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from time import perf_counter
 from typing import Literal
 
 from cyclopts import App
@@ -105,6 +107,8 @@ def alignment(
     out: Path = Path("out/alignment"),
     seeds: int = 100,
     seed: int = 0,
+    only: list[str] | None = None,
+    case: list[str] | None = None,
     json: Flag = False,
     quiet: Flag = False,
 ) -> None:
@@ -118,25 +122,46 @@ def alignment(
         Independent runs a scenario and wind.
     seed
         The first of them.
+    only
+        A method to run, such as align or hinf; repeat it for more. All of them without.
+    case
+        A case to run, such as s-10-10-60 or h-10-10-60-gusts; repeat it for more. All of them without.
     json
         Print results.json instead of tables.
     quiet
         No progress bar.
     """
-    from robustnav.studies.alignment import alignment_study, results, rows_of, steps_of
-    from robustnav.studies.alignment_report import goal_rows, write_study
+    from robustnav.studies.alignment import Selection, alignment_study, rows_of
+    from robustnav.studies.alignment_report import bound_rows, goal_rows, results, wind_rows, write_study
 
-    with progress("alignment study", steps_of(seeds), quiet=quiet) as step:
-        study = alignment_study(seeds, seed, step)
-    page = write_study(study, out, f"robustnav demo alignment --seeds {seeds} --seed {seed}")
+    selection = Selection(tuple(case or ()), tuple(only or ()))
+    began = perf_counter()
+    with progress("alignment study", selection.steps(seeds), quiet=quiet) as step:
+        study = alignment_study(seeds, seed, step, selection)
+    note(f"{perf_counter() - began:.1f} s{_peak_memory()}")
+    chosen = [f" --only {name}" for name in only or ()] + [f" --case {name}" for name in case or ()]
+    command = f"robustnav demo alignment --seeds {seeds} --seed {seed}{''.join(chosen)}"
+    page = write_study(study, out, command)
     if json:
         say_json(results(study))
         note(f"report: {page}")
         return
-    for name, case in study.cases.items():
-        say_table(f"{name}, median / 95 % over {seeds} seeds", rows_of(case.figures))
-    say_table("Goals", goal_rows(study))
+    for name, figures in study.cases.items():
+        say_table(f"{name}, median / 95 % over {seeds} seeds", rows_of(figures.figures))
+    for title, rows in (("Bounds", bound_rows(study)), ("Single winds", wind_rows(study)), ("Goals", goal_rows(study))):
+        if rows:
+            say_table(title, rows)
     say(f"\nreport: {page}")
+
+
+def _peak_memory() -> str:
+    """Return the most memory this process has held, as words; nothing where the system does not say."""
+    try:
+        import resource
+    except ImportError:
+        return ""
+    unit = 1 if sys.platform == "darwin" else 1024  # bytes of ru_maxrss
+    return f", peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6:.0f} MB"
 
 
 def simulate(

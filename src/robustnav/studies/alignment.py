@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from robustnav.errors import InputError
-from robustnav.evaluate.monte_carlo import settle_time
 from robustnav.frames import Array
-from robustnav.studies.alignment_runs import Followed, Outcome, Progress, run_cases
-from robustnav.studies.alignment_setting import METHODS, PUBLISHED, WINDS, Case, groups
-from robustnav.units import ARCMIN, DEG
+from robustnav.studies.alignment_figures import CURVES, Course, bound_summary, course_of, spread, summary
+from robustnav.studies.alignment_runs import Example, Outcome, Progress, Work, run_work
+from robustnav.studies.alignment_setting import BOUNDS, METHODS, OURS, all_cases, stations
 
 LEAST_SEEDS = 4
-TAIL = 150.0  # s, from which tilt is judged
-SETTLED = 10.0  # arcmin
-CLAIMED_SETTLE = 50.0  # s, of the published filter
-MIDDLE, HIGHEST = 50, 95  # percentiles reported
 COLUMNS = {
     "tilt_arcmin": "tilt, 150 to 200 s, arcmin",
     "tilt_at_50_s_arcmin": "tilt at 50 s, arcmin",
@@ -28,23 +22,17 @@ COLUMNS = {
     "nees": "NEES tilt (2)",
     "heading_nees": "NEES heading (1)",
 }
-CURVES = 10  # every tenth instant is kept of an error's course
-
-
-@dataclass(frozen=True)
-class Course:
-    """Tilt over time of many runs: ``median``, ``p95``, and the sd a filter claims, ``claimed`` (n,) [arcmin]."""
-
-    median: Array
-    p95: Array
-    claimed: Array
 
 
 @dataclass(frozen=True)
 class CaseFigures:
-    """Figures of one case by method; ``t`` (n,) [s] and ``courses``; the least existence margin over runs (n,)."""
+    """Figures of one case by method or bound; ``fixed``: tilt after the start or the change by single wind [arcmin].
+
+    ``t`` (n,) [s] of the ``courses``; the least existence margin over runs (n,), empty where ``hinf`` did not run.
+    """
 
     figures: dict[str, dict[str, object]]
+    fixed: dict[str, dict[str, float]]
     t: Array
     courses: dict[str, Course]
     margin: Array
@@ -52,125 +40,95 @@ class CaseFigures:
 
 @dataclass(frozen=True)
 class AlignmentStudy:
-    """All numbers of the study by case, and the first run of each case of the published wind in detail."""
+    """All numbers of the study by case, and the first run of each case in detail."""
 
     seeds: int
     seed: int
     cases: dict[str, CaseFigures]
-    examples: dict[str, Outcome]
+    examples: dict[str, Example]
 
 
-class Goal(NamedTuple):
-    """What the study must show: a value between two limits; a filter that never settles does so after infinity."""
+@dataclass(frozen=True)
+class Selection:
+    """What runs: names of cases and of methods or bounds, all where none is given.
 
-    name: str
-    value: float
-    low: float
-    high: float
-    met: bool
+    Raises
+    ------
+    InputError : a name that does not exist.
+    """
+
+    cases: Sequence[str] = ()
+    methods: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        _known("case", self.cases, [case.name for case in all_cases()])
+        _known("method", self.methods, METHODS | BOUNDS)
+
+    def work(self) -> list[Work]:
+        """Return the selected cases by place and gyros, with the methods to run."""
+        chosen = [case for case in all_cases() if not self.cases or case.name in self.cases]
+        methods = frozenset(self.methods or METHODS | BOUNDS)
+        return [Work(group, methods) for group in stations(case for case in chosen if methods & set(case.methods))]
+
+    def steps(self, seeds: int) -> int:
+        """Return how often ``progress`` will be called."""
+        return seeds * sum(len(one.cases) for one in self.work())
 
 
-def steps_of(seeds: int) -> int:
-    """Return how often ``progress`` will be called."""
-    return len(groups()) * seeds
-
-
-def alignment_study(seeds: int = 100, seed: int = 0, progress: Progress = lambda: None) -> AlignmentStudy:
+def alignment_study(
+    seeds: int = 100, seed: int = 0, progress: Progress = lambda: None, selection: Selection | None = None
+) -> AlignmentStudy:
     """Run the study.
 
     Parameters
     ----------
     seeds : independent runs a scenario and wind.
     seed : the first of them.
-    progress : called after every seed, ``steps_of(seeds)`` times.
+    progress : called after every seed of every case, ``selection.steps(seeds)`` times, from two threads.
+    selection : cases and methods; everything without.
 
     Raises
     ------
-    InputError : fewer than 4 seeds, or a negative seed.
+    InputError : fewer than 4 seeds, a negative seed, or nothing selected.
     """
     if seeds < LEAST_SEEDS:
         raise InputError("seeds", got=str(seeds), expected=f"{LEAST_SEEDS} or more")
-    out, examples = {}, {}
-    for cases in groups():
-        for case, outcome in zip(cases, run_cases(cases, range(seed, seed + seeds), progress), strict=True):
-            out[case.name] = case_figures(outcome)
-            if case.wind in (PUBLISHED, "printed"):
-                examples[case.name] = outcome.first()
-    return AlignmentStudy(seeds, seed, out, examples)
+    work = (selection or Selection()).work()
+    if not work:
+        raise InputError(
+            "alignment study", got="no case for these methods", expected=f"a case where they run, or {OURS}"
+        )
+    outcomes = run_work(work, range(seed, seed + seeds), progress)
+    found = {
+        c.name: (c, o) for one, row in zip(work, outcomes, strict=True) for c, o in zip(one.cases, row, strict=True)
+    }
+    ordered = [found[case.name] for case in all_cases() if case.name in found]
+    return AlignmentStudy(
+        seeds,
+        seed,
+        {case.name: case_figures(outcome) for case, outcome in ordered},
+        {case.name: outcome.example for case, outcome in ordered if outcome.example is not None},
+    )
 
 
 def case_figures(outcome: Outcome) -> CaseFigures:
     """Return the figures of a case."""
-    figures: dict[str, dict[str, object]] = {}
-    courses = {}
-    for name, runs in outcome.followed.items():
-        size = np.array([np.hypot(*run.tilt.T) for run in runs]) / ARCMIN
-        figures[name] = method_figures(outcome.t, size, runs)
-        kept = slice(None, None, CURVES)
-        middle, high = np.percentile(size[:, kept], [MIDDLE, HIGHEST], axis=0)
-        claimed = np.median([run.tilt_sd[kept] for run in runs], axis=0) / ARCMIN
-        courses[name] = Course(middle, high, claimed)
-    figures["hinf"]["no_filter_steps"] = float(np.mean(~(outcome.margins > 0)))
-    figures["hinf"]["least_margin"] = float(outcome.margins.min())
-    return CaseFigures(figures, outcome.t[::CURVES], courses, outcome.margins.min(axis=0))
-
-
-def method_figures(t: Array, size: Array, runs: list[Followed]) -> dict[str, object]:
-    """Return the figures of a method from sizes of the tilt (runs, n) [arcmin] and all else of its runs."""
-    tail = np.sqrt(np.mean(size[:, t > TAIL] ** 2, axis=1))
-    settled = settle_time(t, size, SETTLED)
-    heading = np.abs([run.heading[-1] for run in runs]) / DEG
-    return {
-        "tilt_arcmin": _spread(tail),
-        "tilt_at_50_s_arcmin": _spread(size[:, int(np.searchsorted(t, CLAIMED_SETTLE))]),
-        "settle_s": _spread(settled),
-        "never_settled": int(np.isnan(settled).sum()),
-        "heading_deg": _spread(heading),
-        "nees": float(np.mean([run.tilt_nees for run in runs])),
-        "heading_nees": float(np.mean([run.heading_nees for run in runs])),
-    }
-
-
-def goals(study: AlignmentStudy) -> list[Goal]:
-    """Return what the study must show, with its figures."""
-    tilt, settle = "tilt_arcmin", "settle_s"
-    out = []
-    for wind in (PUBLISHED, "printed"):
-        case = Case("s-10-10-60", wind).name
-        late = value_of(study, case, "ukf", settle)
-        apart = value_of(study, case, "hinf", tilt) - value_of(study, case, "ukf-r1", tilt)
-        out += [
-            _goal(f"{case}, hinf settles, s", value_of(study, case, "hinf", settle), 0.0, CLAIMED_SETTLE),
-            _goal(f"{case}, ukf settles, s", np.inf if np.isnan(late) else late, CLAIMED_SETTLE, np.inf),
-            _goal(f"{case}, hinf less ukf-r1, tilt, arcmin", apart, -0.3, 0.3),
-        ]
-    fine, coarse = "h-30-30-170", "s-10-10-60"
-    return [
-        *out,
-        _goal(f"{coarse}, align, tilt, arcmin", value_of(study, coarse, "align", tilt), 0.0, 1.0),
-        _goal(f"{coarse}, align settles, s", value_of(study, coarse, "align", settle), 0.0, 15.0),
-        _goal(f"{fine}, align, tilt, arcmin", value_of(study, fine, "align", tilt), 0.0, 0.6),
-        _goal(f"{fine}, align, heading, 95 %, deg", value_of(study, fine, "align", "heading_deg", "p95"), 0.0, 0.55),
-    ]
+    runs = outcome.runs
+    figures = {name: bound_summary(one) if name in BOUNDS else summary(one) for name, one in runs.items()}
+    if len(outcome.margins):
+        figures["hinf"]["no_filter_steps"] = float(outcome.without_filter.mean())
+        figures["hinf"]["least_margin"] = float(outcome.margins.min())
+    fixed = {name: spread(one) for name, one in outcome.fixed.items()}
+    courses = {name: course_of(one) for name, one in runs.items() if name not in BOUNDS}
+    margin = outcome.margins.min(axis=0) if len(outcome.margins) else np.empty(0)
+    return CaseFigures(figures, fixed, outcome.t[::CURVES], courses, margin)
 
 
 def value_of(study: AlignmentStudy, case: str, method: str, name: str, part: str = "median") -> float:
-    """Return one percentile of a figure."""
+    """Return a figure, or one percentile of it."""
     figure = study.cases[case].figures[method][name]
-    return float(figure[part]) if isinstance(figure, dict) else float("nan")
-
-
-def results(study: AlignmentStudy) -> dict[str, object]:
-    """Return the study as the plain numbers of ``results.json``; a settle time that does not exist is NaN."""
-    return {
-        "study": "alignment",
-        "seeds": study.seeds,
-        "seed": study.seed,
-        "scenarios": {name: case.figures for name, case in study.cases.items()},
-        "methods": METHODS,
-        "winds": WINDS,
-        "goals": [goal._asdict() for goal in goals(study)],
-    }
+    value = figure[part] if isinstance(figure, dict) else figure
+    return float(value) if isinstance(value, float | int) else float("nan")
 
 
 def rows_of(figures: Mapping[str, Mapping[str, object]]) -> list[dict[str, object]]:
@@ -179,26 +137,18 @@ def rows_of(figures: Mapping[str, Mapping[str, object]]) -> list[dict[str, objec
     for method, row in figures.items():
         cells: dict[str, object] = {"method": method}
         for name, words in COLUMNS.items():
-            figure = row[name]
-            cells[words] = _pair(figure) if isinstance(figure, dict) else f"{figure:.2f}"
+            figure = row.get(name)
+            cells[words] = pair(figure) if isinstance(figure, dict) else "-" if figure is None else f"{figure:.2f}"
         rows.append(cells)
     return rows
 
 
-def _pair(figure: Mapping[str, float]) -> str:
+def pair(figure: Mapping[str, float]) -> str:
+    """Return median and 95 % as text."""
     return " / ".join("never" if np.isnan(v) else f"{v:.2f}" for v in figure.values())
 
 
-def _spread(values: Array) -> dict[str, float]:
-    """Return median and 95 % of values (runs,); NaN counts as the worst."""
-    ordered = np.where(np.isnan(values), np.inf, values)
-    middle, high = np.percentile(ordered, [MIDDLE, HIGHEST], method="higher")
-    return {"median": _or_never(middle), "p95": _or_never(high)}
-
-
-def _or_never(value: float) -> float:
-    return float(value) if np.isfinite(value) else float("nan")
-
-
-def _goal(name: str, value: float, low: float, high: float) -> Goal:
-    return Goal(name, value, low, high, bool(low <= value <= high))
+def _known(thing: str, given: Iterable[str], names: Iterable[str]) -> None:
+    wrong = [name for name in given if name not in names]
+    if wrong:
+        raise InputError(f"unknown {thing} {wrong[0]!r}", expected=f"one of {', '.join(names)}")

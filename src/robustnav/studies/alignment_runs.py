@@ -1,4 +1,4 @@
-"""Runs of the alignment study: one simulation feeds every estimator, and what each said is held against the truth."""
+"""Runs of the alignment study: one simulation feeds every wind, start and estimator, and is reduced to its figures."""
 
 from __future__ import annotations
 
@@ -8,146 +8,188 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robustnav.alignment import Alignment, align
+from robustnav.alignment import align
 from robustnav.alignment.riekf import InvariantStart, invariant_ekf
 from robustnav.engine.filters import Output, SensorData
 from robustnav.engine.strapdown import preintegrate
-from robustnav.errors import InputError
 from robustnav.filter.steps import unpack
-from robustnav.frames import Array, matrix_from_quat, quat_conjugate, quat_multiply, quat_normalize, rotate, wrap_angle
+from robustnav.frames import Array, quat_normalize
 from robustnav.run import UKF, HInfinity, stream
-from robustnav.sim.alignment import AlignmentData, simulate_alignment
-from robustnav.sim.alignment_scenario import Scenario
-from robustnav.studies.alignment_setting import INVARIANT, METHODS, UNIT, Case, estimators, setup_of, start_of
+from robustnav.sim.alignment import AlignmentData, in_other_wind, simulate_alignment
+from robustnav.studies.alignment_bounds import LIMITS, fixed_winds
+from robustnav.studies.alignment_errors import Followed, additive_covariance, aligned, judged
+from robustnav.studies.alignment_figures import Reduced, joined, reduced
+from robustnav.studies.alignment_setting import (
+    INVARIANT,
+    OURS,
+    UNIT,
+    Case,
+    estimators,
+    setup_of,
+    start_of,
+)
 
 Progress = Callable[[], None]
 WORKERS = 2
-CHUNK = 50  # seeds that one worker simulates and filters together
-DOWN = np.array([0.0, 0.0, 1.0])
-
-
-@dataclass(frozen=True)
-class Followed:
-    """What one run of one method gave at the n + 1 instants; NaN where it said nothing.
-
-    ``tilt`` (n + 1, 2) true minus estimated, about north and east [rad]; ``heading`` (n + 1,) error of the forward
-    axis [rad]; ``tilt_sd`` (n + 1,) of both axes together [rad]; ``tilt_nees``, ``heading_nees`` at the end.
-    """
-
-    tilt: Array
-    heading: Array
-    tilt_sd: Array
-    tilt_nees: float
-    heading_nees: float
+CHUNK = 10  # seeds that one worker simulates and filters together
 
 
 @dataclass(frozen=True)
 class Example:
-    """One run: by method what it gave, existence margins (n,), true wind (n, 3) and the one found (n, 2) [m/s]."""
+    """One run: by method what it gave, true wind (n, 3) and the one found (n, 2) [m/s]; instants ``t`` (n + 1,) [s].
 
+    ``change`` is when the last part of the wind begins [s].
+    """
+
+    t: Array
+    change: float
     followed: dict[str, Followed]
-    margin: Array
     wind_n: Array
     wind_found: Array
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """All runs of a case: by method what each run gave; ``margins`` (runs, n) of existence; the first run in detail."""
+    """All runs of a case, reduced: by method or bound; ``fixed``: tilt after a start or change by single wind (runs,)
+    [arcmin]; existence of the H-infinity filter; the first run in detail.
+
+    ``margins`` (parts, n) are the least over some runs each, no part without that filter; ``without_filter`` (runs,) is
+    the share of its steps.
+    """
 
     t: Array
-    followed: dict[str, list[Followed]]
+    runs: dict[str, Reduced]
+    fixed: dict[str, Array]
     margins: Array
-    example: Example
-
-    def first(self) -> Outcome:
-        """Return the first run alone."""
-        followed = {name: runs[:1] for name, runs in self.followed.items()}
-        return Outcome(self.t, followed, self.margins[:1], self.example)
+    without_filter: Array
+    example: Example | None
 
 
-def run_cases(cases: Sequence[Case], seeds: Sequence[int], progress: Progress) -> list[Outcome]:
-    """Run all estimators over cases that differ only in where estimators start, seeds shared among workers.
+@dataclass(frozen=True)
+class Ours:
+    """What ``align``, which is told of no start, gave in each run; tilt by single wind (runs,) [arcmin].
 
-    ``progress`` is called after every seed.  The result does not depend on the number of workers.
+    ``wind`` is what it found in the first run (n, 2) [m/s].
     """
-    chunks = [seeds[k : k + CHUNK] for k in range(0, len(seeds), CHUNK)]
-    found: list[list[Example]] = [[] for _ in cases]
+
+    followed: list[Followed]
+    fixed: dict[str, Array]
+    wind: Array
+
+
+@dataclass(frozen=True)
+class Work:
+    """Cases whose inertial data are the same, and the methods to run."""
+
+    cases: Sequence[Case]
+    methods: frozenset[str]
+
+    def methods_of(self, case: Case) -> list[str]:
+        """Return the methods and bounds of a case in the order of the study."""
+        return [name for name in case.methods if name in self.methods]
+
+
+def run_work(work: Sequence[Work], seeds: Sequence[int], progress: Progress) -> list[list[Outcome]]:
+    """Run everything, parts of seeds shared among workers; return an outcome a case of each piece of work.
+
+    ``progress`` is called after every seed of every case, from the workers, on whose number the result does not depend.
+    """
+    parts = [seeds[k : k + CHUNK] for k in range(0, len(seeds), CHUNK)]
+    jobs = [(one, part) for one in work for part in parts]
+
+    def run(job: tuple[Work, Sequence[int]]) -> list[Outcome]:
+        one, part = job
+        return _run_part(one, part, part is parts[0], progress)
+
     with ThreadPoolExecutor(WORKERS) as pool:
-        for chunk, done in zip(chunks, pool.map(lambda chunk: _run_chunk(cases, chunk), chunks), strict=True):
-            for examples, more in zip(found, done, strict=True):
-                examples += more
-            for _ in chunk:
-                progress()
-    return [_outcome(case.load(), examples) for case, examples in zip(cases, found, strict=True)]
+        done = pool.map(run, jobs)
+        return [_collected(len(one.cases), [next(done) for _ in parts]) for one in work]
 
 
-def _outcome(scenario: Scenario, examples: list[Example]) -> Outcome:
-    t = np.arange(scenario.intervals + 1) / scenario.filter_rate_hz
-    followed = {name: [e.followed[name] for e in examples] for name in METHODS}
-    return Outcome(t, followed, np.array([e.margin for e in examples]), examples[0])
+def _collected(cases: int, parts: list[list[Outcome]]) -> list[Outcome]:
+    return [_joined([part[k] for part in parts]) for k in range(cases)]
 
 
-def tilt_error(q_true: Array, q_est: Array) -> Array:
-    """Return the rotation (..., 2) [rad] about the estimate's north and east that levels it; its heading is free."""
-    up = rotate(quat_multiply(q_est, quat_conjugate(q_true)), DOWN)
-    size = np.hypot(up[..., 0], up[..., 1])
-    turn = np.arctan2(size, up[..., 2]) / np.maximum(size, 1e-300)
-    return np.stack([turn * up[..., 1], -turn * up[..., 0]], axis=-1)
+def _joined(parts: list[Outcome]) -> Outcome:
+    first = parts[0]
+    return Outcome(
+        t=first.t,
+        runs={name: joined([part.runs[name] for part in parts]) for name in first.runs},
+        fixed={name: np.concatenate([part.fixed[name] for part in parts]) for name in first.fixed},
+        margins=np.concatenate([part.margins for part in parts]),
+        without_filter=np.concatenate([part.without_filter for part in parts]),
+        example=first.example,
+    )
 
 
-def heading_error(q_true: Array, q_est: Array) -> Array:
-    """Return true minus estimated heading of the forward axis (...,) [rad]."""
-    C, E = matrix_from_quat(q_true), matrix_from_quat(q_est)
-    return wrap_angle(np.arctan2(C[..., 1, 0], C[..., 0, 0]) - np.arctan2(E[..., 1, 0], E[..., 0, 0]))
-
-
-def additive_covariance(quaternion: Array, P: Array) -> Array:
-    """Return the covariance (..., 3, 3) of the rotation about n axes from that of an additive quaternion (..., 4, 4).
-
-    ``Q_true = Exp(theta) * Q^`` moves the quaternion by ``(0, theta / 2) * Q^``; lengths are taken off.
-    """
-    length2 = np.sum(quaternion**2, axis=-1)[..., None, None]
-    back = quat_multiply(np.eye(4), quat_conjugate(quaternion)[..., None, :])[..., 1:]  # rows: unit dQ to theta / 2
-    out: Array = 4 * np.swapaxes(back, -1, -2) @ P @ back / length2**2
+def _run_part(work: Work, seeds: Sequence[int], detailed: bool, progress: Progress) -> list[Outcome]:
+    """Simulate the inertial data of some seeds once, and run all cases on them; ``detailed``: keep an example."""
+    base = [simulate_alignment(work.cases[0].load(), seed, preintegrate) for seed in seeds]
+    data = [[in_other_wind(one, case.load()) for one in base] for case in work.cases]
+    invariant = _invariant(work, data)
+    # The wind is not in the bounds, and a start is not in what align gives.
+    bounds = {name: [bound(one) for one in base] for name, bound in LIMITS.items() if name in work.methods}
+    ours: dict[str, Ours] = {}
+    out = []
+    for case, runs, done in zip(work.cases, data, invariant, strict=True):
+        if OURS in work.methods and case.wind not in ours:
+            ours[case.wind] = _ours(case, runs)
+        outcome = _run_case(work.methods_of(case), runs, ours.get(case.wind), done | bounds)
+        out.append(outcome if detailed else replace(outcome, example=None))
+        for _ in runs:
+            progress()
     return out
 
 
-def _run_chunk(cases: Sequence[Case], seeds: Sequence[int]) -> list[list[Example]]:
-    """Return an example a case and seed; ``align`` is told of no start, so it runs once a seed."""
-    data = [[simulate_alignment(case.load(), seed, preintegrate) for seed in seeds] for case in cases]
-    told = [_align(one) for one in data[0]]
-    invariant = _invariant([one for case in data for one in case])
-    examples = []
-    for k, case in enumerate(data):
-        filters = estimators(case[0].scenario)
-        row = []
-        for i, one in enumerate(case):
-            outputs = {name: _filter(one, estimator) for name, estimator in filters.items()}
-            followed = {name: _additive(one, output) for name, output in outputs.items()}
-            followed |= {name: runs[k * len(case) + i] for name, runs in invariant.items()}
-            followed["align"] = _aligned(one, told[i])
-            seen = outputs["hinf"].seen[0]
-            margin = np.full(len(one.velocity.t), np.nan) if seen is None else seen.margin
-            row.append(Example(followed, margin, one.wind_n, told[i].wind))
-        examples.append(row)
-    return examples
+def _run_case(
+    methods: list[str], data: list[AlignmentData], ours: Ours | None, followed: dict[str, list[Followed]]
+) -> Outcome:
+    """Return the outcome of a case; ``followed`` holds the runs of the invariant filters and of the bounds."""
+    margins = np.empty((0, len(data[0].velocity.t)))
+    for name, estimator in estimators(data[0].scenario).items():
+        if name in methods:
+            outputs = [_filter(one, estimator) for one in data]
+            followed[name] = [_additive(one, output) for one, output in zip(data, outputs, strict=True)]
+            if name == "hinf":
+                margins = np.array([seen.margin for output in outputs for seen in output.seen if seen is not None])
+    if ours is not None:
+        followed[OURS] = ours.followed
+    t, changed = data[0].truth.t, data[0].scenario.wind[-1].start
+    found = np.full((len(t) - 1, 2), np.nan) if ours is None else ours.wind
+    return Outcome(
+        t=t,
+        runs={name: reduced(t, followed[name], changed) for name in methods},
+        fixed={} if ours is None else ours.fixed,
+        margins=margins.min(axis=0, keepdims=True) if len(margins) else margins,
+        without_filter=np.mean(~(margins > 0), axis=1),
+        example=Example(t, changed, {name: followed[name][0] for name in methods}, data[0].wind_n, found),
+    )
 
 
-def _invariant(data: list[AlignmentData]) -> dict[str, list[Followed]]:
-    """Run the invariant filters over all of them together."""
-    rows, z = np.array([d.increments.rows for d in data]), np.array([d.velocity.values for d in data])
-    start = InvariantStart(np.array([d.q_nb_start for d in data]), np.array([d.scenario.misalignment for d in data]))
-    setup = replace(setup_of(data[0].scenario), reference_sd=UNIT)
-    out = {}
+def _ours(case: Case, data: list[AlignmentData]) -> Ours:
+    said = [align(d.increments, d.velocity.values[:, :2], d.velocity.t, setup_of(d.scenario)) for d in data]
+    tilts = [fixed_winds(one) for one in data] if case.tried else [{}]
+    fixed = {name: np.array([tilt[name] for tilt in tilts]) for name in tilts[0]}
+    return Ours([aligned(*one) for one in zip(data, said, strict=True)], fixed, said[0].wind)
+
+
+def _invariant(work: Work, data: list[list[AlignmentData]]) -> list[dict[str, list[Followed]]]:
+    """Run the invariant filters over all cases that have them together."""
+    out: list[dict[str, list[Followed]]] = [{} for _ in data]
     for name, correction in INVARIANT.items():
-        run = invariant_ekf(rows, z, start, setup, correction)
-        out[name] = [_judge(one, q, P) for one, q, P in zip(data, run.q_nb, run.P, strict=True)]
+        cases = [k for k, case in enumerate(work.cases) if name in work.methods_of(case)]
+        runs = [one for k in cases for one in data[k]]
+        if not runs:
+            continue
+        rows, z = np.array([d.increments.rows for d in runs]), np.array([d.velocity.values for d in runs])
+        start = InvariantStart(
+            np.array([d.q_nb_start for d in runs]), np.array([d.scenario.misalignment for d in runs])
+        )
+        said = invariant_ekf(rows, z, start, replace(setup_of(runs[0].scenario), reference_sd=UNIT), correction)
+        followed = iter([judged(one, q, P) for one, q, P in zip(runs, said.q_nb, said.P, strict=True)])
+        for k in cases:
+            out[k][name] = [next(followed) for _ in data[k]]
     return out
-
-
-def _align(data: AlignmentData) -> Alignment:
-    return align(data.increments, data.velocity.values[:, :2], data.velocity.t, setup_of(data.scenario))
 
 
 def _filter(data: AlignmentData, estimator: UKF | HInfinity) -> Output:
@@ -160,39 +202,4 @@ def _filter(data: AlignmentData, estimator: UKF | HInfinity) -> Output:
 def _additive(data: AlignmentData, output: Output) -> Followed:
     Q = output.x[:, 3:7]
     P = unpack(output.P)[:, 3:7, 3:7] if output.P is not None else np.full((len(Q), 4, 4), np.nan)
-    return _judge(data, quat_normalize(Q), additive_covariance(Q, P))
-
-
-def _judge(data: AlignmentData, q_nb: Array, P: Array) -> Followed:
-    """Hold attitudes and covariances (n + 1, 3, 3) about n axes against the truth."""
-    q_true = _truth(data)
-    tilt, heading = tilt_error(q_true, q_nb), heading_error(q_true, q_nb)
-    return Followed(
-        tilt=tilt,
-        heading=heading,
-        tilt_sd=np.sqrt(np.trace(P[:, :2, :2], axis1=1, axis2=2)),
-        tilt_nees=float(tilt[-1] @ np.linalg.solve(P[-1, :2, :2], tilt[-1])),
-        heading_nees=float(heading[-1] ** 2 / P[-1, 2, 2]),
-    )
-
-
-def _aligned(data: AlignmentData, said: Alignment) -> Followed:
-    """As ``_judge``; the tilt's covariance is about axes of its own, so NEES is reckoned with its mean radius."""
-    q_true = _truth(data)
-    tilt = np.vstack([np.full((1, 2), np.nan), tilt_error(q_true[1:], said.q_nb)])
-    heading = np.append(np.nan, heading_error(q_true[1:], said.q_nb))
-    trace = np.append(np.nan, np.trace(said.tilt_cov, axis1=1, axis2=2))
-    return Followed(
-        tilt=tilt,
-        heading=heading,
-        tilt_sd=np.sqrt(trace),
-        tilt_nees=float(2 * tilt[-1] @ tilt[-1] / trace[-1]),
-        heading_nees=float(heading[-1] ** 2 / said.heading_sd[-1] ** 2),
-    )
-
-
-def _truth(data: AlignmentData) -> Array:
-    """Return the true attitude (n + 1, 4)."""
-    if data.truth.q_nb is None:
-        raise InputError("simulated alignment", got="a truth without attitude", expected="q_nb")
-    return data.truth.q_nb
+    return judged(data, quat_normalize(Q), additive_covariance(Q, P))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from robustnav.models import AlignmentNoise, alignment
 from robustnav.run import UKF, HInfinity, Start
 from robustnav.sim.alignment import AlignmentData, load_scenario, scenario_names
 from robustnav.sim.alignment_scenario import Scenario
+from robustnav.units import DEG
 
 GAMMA = 5.0
 SENSOR_SIZED, UNIT = 0.1, 1.0  # m/s: measurement weights of the two published filters
@@ -23,53 +25,90 @@ SPREAD = Spread(1.0, 2.0)  # of sigma points, alpha and beta as published
 VELOCITY_SD = 3.0  # m/s, at the start
 DRAWS = 4000
 PUBLISHED = "lines"  # the published wind with phases drawn for each run
-WINDS = {
+COMPARED = {
     PUBLISHED: "the published lines, phases drawn for each run",
     "printed": "the published lines with the phases as printed",
     "gusts": "the published lines, and 5 % of readings off by 3 m/s",
     "markov": "a Gauss-Markov wind of 0.5 m/s and 4 s, no lines",
     "none": "no wind",
 }
+CHANGING = {
+    "changing": "lines, after 100 s the Gauss-Markov wind",
+    "changing-back": "the Gauss-Markov wind, after 100 s lines",
+}
+WINDS = COMPARED | CHANGING
+LATITUDES_DEG = (0.0, 45.0, 75.0)
+UNITS = ("s", "h")  # of the gyro errors: 0.01 deg/s, 0.01 deg/h
+OURS = "align"
 METHODS = {
     "ukf": "UKF on the published model, measurement weight 0.1 m/s",
     "ukf-r1": "the same UKF with the H-infinity filter's weight, 1 m/s",
     "hinf": "the published filter: unscented, H-infinity, weight 1 m/s, gamma 5, L = I",
     "riekf": "right-invariant EKF, weight 1 m/s, first-order covariance transport",
     "riekf-lie": "the same, corrections and covariance along the group",
-    "align": "robustnav.alignment.align: any heading, wind found online",
+    OURS: "robustnav.alignment.align: any heading, wind found online",
+}
+BOUNDS = {
+    "told": "one filter of align, told the wind exactly: what remains is not the wind's doing",
+    "floor": "the sensors' biases alone, averaged since the start: tilt from level force, heading from the east rate",
 }
 INVARIANT: dict[str, Correction] = {"riekf": "first order", "riekf-lie": "lie"}
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scenario in a wind, by name."""
+    """A scenario in a wind at a latitude [deg], None for the scenario's own."""
 
     scenario: str
-    wind: str
+    wind: str = PUBLISHED
+    latitude_deg: float | None = None
 
     @property
     def name(self) -> str:
-        """The scenario's name, with the wind where it is not the published one."""
-        return self.scenario if self.wind == PUBLISHED else f"{self.scenario}-{self.wind}"
+        """The scenario's name, with wind and latitude where they are not the published ones."""
+        wind = "" if self.wind == PUBLISHED else f"-{self.wind}"
+        return f"{self.scenario}{wind}" + ("" if self.latitude_deg is None else f"-{self.latitude_deg:g}deg")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the gyro errors: ``s`` or ``h``."""
+        return self.scenario.split("-")[0]
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The methods and bounds that run: the rivals only in winds to compare in, at the scenario's latitude."""
+        rivals = METHODS if self.latitude_deg is None and self.wind in COMPARED else {OURS: METHODS[OURS]}
+        return (*rivals, *BOUNDS)
+
+    @property
+    def tried(self) -> bool:
+        """Whether ``align`` is held against single winds, fixed beforehand."""
+        return self.wind == "markov" or self.wind in CHANGING
 
     def load(self) -> Scenario:
         """Return what is simulated."""
-        return load_scenario(self.scenario, self.wind)
+        scenario = load_scenario(self.scenario, self.wind)
+        return scenario if self.latitude_deg is None else replace(scenario, latitude=self.latitude_deg * DEG)
 
 
-def groups() -> list[tuple[Case, ...]]:
-    """Return all cases, the published wind first, those together that differ only in where estimators start.
+def all_cases() -> tuple[Case, ...]:
+    """Return all cases; where only ``align`` runs, which is told of no start, one start is enough.
 
     The printed phases are one realisation: they run with the gyros as printed.
     """
-    units = sorted({name.split("-")[0] for name in scenario_names()}, reverse=True)
-    return [
-        tuple(Case(name, wind) for name in scenario_names() if name.startswith(f"{unit}-"))
-        for wind in WINDS
-        for unit in units
-        if unit == "s" or wind != "printed"
-    ]
+    names = scenario_names()
+    compared = [Case(n, wind) for wind in COMPARED for n in names if wind != "printed" or n.startswith("s-")]
+    near = [next(n for n in names if n.startswith(f"{unit}-")) for unit in UNITS]
+    changing = [Case(n, wind) for wind in CHANGING for n in near]
+    return (*compared, *changing, *(Case(n, latitude_deg=deg) for deg in LATITUDES_DEG for n in near))
+
+
+def stations(cases: Iterable[Case]) -> list[tuple[Case, ...]]:
+    """Return cases by unit and place: those together whose inertial data are the same."""
+    found: dict[tuple[str, float | None], list[Case]] = {}
+    for case in cases:
+        found.setdefault((case.unit, case.latitude_deg), []).append(case)
+    return [tuple(group) for group in found.values()]
 
 
 def estimators(scenario: Scenario) -> dict[str, UKF | HInfinity]:

@@ -15,7 +15,7 @@ from robustnav.sim.alignment import AlignmentData, load_scenario, simulate_align
 from robustnav.sim.alignment_scenario import Scenario, SensorErrors
 from robustnav.sim.sway import Sway, Swing
 from robustnav.strapdown.increments import Increments
-from robustnav.studies.alignment_runs import heading_error, tilt_error
+from robustnav.studies.alignment_errors import heading_error, tilt_error
 from robustnav.units import DEG, DEG_PER_HOUR, DPS, MICRO_G, MICRO_TESLA, MILLI_G
 
 RATE_HZ, LATITUDE = 100.0, 45 * DEG

@@ -17,7 +17,7 @@ from robustnav.engine.strapdown import preintegrate
 from robustnav.frames import Array, quat_normalize
 from robustnav.run import EKF, UKF, HInfinity, Start, stream
 from robustnav.sim.alignment import AlignmentData, load_scenario, simulate_alignment
-from robustnav.studies.alignment_runs import tilt_error
+from robustnav.studies.alignment_errors import tilt_error
 from robustnav.studies.alignment_setting import SPREAD, estimators, setup_of, start_of
 from robustnav.units import DEG
 
