@@ -13,6 +13,8 @@
 #include "rn_inertial_biased.h"
 #include "rn_uwb_planar.h"
 #include "rn_alignment.h"
+#include "rn_alignment_so3.h"
+#include "rn_alignment_so3_3.h"
 
 static const RN(model) *const rn_built_in[] = {
     &rn_attitude_model,
@@ -27,6 +29,8 @@ static const RN(model) *const rn_built_in[] = {
     &rn_inertial_biased_model,
     &rn_uwb_planar_model,
     &rn_alignment_model,
+    &rn_alignment_so3_model,
+    &rn_alignment_so3_3_model,
     0};
 
 #endif

@@ -136,6 +136,21 @@ def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> Array:
     return out
 
 
+def left_jacobian(rotvec: Array) -> Array:
+    """Return J (..., 3, 3) of rotation vectors (..., 3): Exp(rotvec + d) = Exp(J d) Exp(rotvec) to first order in d.
+
+    The right Jacobian, Exp(rotvec + d) = Exp(rotvec) Exp(J d), is that of ``-rotvec``.
+    """
+    square = np.sum(np.square(rotvec), axis=-1)[..., None, None]
+    small = square < 0.01
+    a = np.sqrt(np.where(small, 1.0, square))
+    first = np.where(small, 0.5 - square / 24 + square**2 / 720, (1 - np.cos(a)) / a**2)
+    second = np.where(small, 1 / 6 - square / 120 + square**2 / 5040, (a - np.sin(a)) / a**3)
+    K = skew(np.asarray(rotvec, float))
+    out: Array = np.eye(3) + first * K + second * (K @ K)
+    return out
+
+
 def rotation_error(q_est: ArrayLike, q_true: ArrayLike) -> Array:
     """Return the attitude error ``q_est * conj(q_true)`` as a rotation vector (..., 3) [rad] in navigation axes."""
     return rotvec_from_quat(quat_multiply(q_est, quat_conjugate(q_true)))

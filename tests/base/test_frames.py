@@ -133,6 +133,19 @@ def test_rotation_error_is_in_navigation_axes(q, v):
     np.testing.assert_allclose(error, v, atol=1e-9)
 
 
+@pytest.mark.parametrize("size", [0.0, 1e-3, 0.0999, 0.1001, 1.0, 3.0])
+def test_left_jacobian_is_the_derivative_of_exp(size):
+    """Of the turn that takes Exp(r) to Exp(r + d), by differences; the right one is that of -r."""
+    r = size * np.array([[0.6, -0.64, 0.48], [0.0, 0.6, 0.8]])
+    for sign in (1, -1):
+        columns = []
+        for d in 1e-5 * np.eye(3):
+            turned = [scipy_of(frames.quat_from_rotvec(r + s * d)) for s in (1, -1)]
+            off = turned[0] * turned[1].inv() if sign > 0 else turned[1].inv() * turned[0]
+            columns.append(off.as_rotvec() / 2e-5)
+        np.testing.assert_allclose(frames.left_jacobian(sign * r), np.stack(columns, axis=-1), atol=1e-8)
+
+
 @given(st.floats(-100, 100))
 @example(np.pi)
 @example(-np.pi)

@@ -17,6 +17,7 @@ from robustnav.models import (
     AttitudeNoise,
     InertialNoise,
     alignment,
+    alignment_so3,
     attitude,
     attitude_euler,
     inertial,
@@ -44,6 +45,11 @@ def _alignment():
     return alignment(noise, gravity=9.8, earth_rate_north=6e-5, earth_rate_down=-4e-5)
 
 
+def _alignment_so3():
+    noise = AlignmentNoise(2e-4, 1e-3, 1e-5, 1e-4, 0.05)
+    return alignment_so3(noise, gravity=9.8, earth_rate_north=6e-5, earth_rate_down=-4e-5, lines=(0.5, 1.0, 2.0))
+
+
 MODELS = {
     "attitude": _attitude,
     "attitude_euler": lambda: attitude_euler(NOISE, field=1.0, dip_deg=60.0),
@@ -56,6 +62,7 @@ MODELS = {
     "uwb_3d": lambda: uwb(range_sd=0.1, acceleration_density=0.5, vertical_density=0.1),
     "uwb_3d_driven": lambda: uwb(range_sd=0.1, acceleration_density=0.5, driven=True),
     "alignment": _alignment,
+    "alignment_so3": _alignment_so3,
     "inertial": lambda: inertial(InertialNoise(5e-3, 5e-2, 1e-4, 1e-3), AidingNoise(), earth_rate_n=(5e-5, 0, -3e-5)),
 }
 KINDS = {
@@ -74,7 +81,7 @@ def private_cache(tmp_path_factory):
 
 
 # no constant gain for the pendulum, whose damping cannot be seen at rest, nor where the geometry varies
-VARYING = {"pendulum", "uwb_2d", "uwb_3d", "uwb_3d_driven", "inertial", "alignment"}
+VARYING = {"pendulum", "uwb_2d", "uwb_3d", "uwb_3d_driven", "inertial", "alignment", "alignment_so3"}
 CASES = [(m, k) for m in MODELS for k in KINDS if k != "fixed" or m not in VARYING]
 
 

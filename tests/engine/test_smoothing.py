@@ -38,7 +38,7 @@ def test_c_is_numpy(case):
     given_in = forward(case)
     kept = [a.copy() for a in given_in]
     expected = smooth(NumericModel(case.model), *given_in, breaks=(50,))
-    wide = case.model.name == "alignment"  # sizes far apart in one state
+    wide = case.model.name.startswith("alignment")  # sizes far apart in one state
     close(smooth(compile_model(case.model), *given_in, breaks=(50,)), expected, 1e-10 if wide else 1e-11)
     if case.model.prebuilt:
         single = CompiledModel(case.model, real="float")
@@ -47,7 +47,8 @@ def test_c_is_numpy(case):
         np.testing.assert_array_equal(a, b)  # not written over
     assert np.abs(expected[0] - given_in[2]).max() > 1e-3
     less = unpack(given_in[3]) - unpack(expected[1])
-    if case.setup.kind == "ekf":  # unscented covariances are not those of the transition, only near them
+    turned = case.model.rotation is not None and case.model.rotation.transported
+    if case.setup.kind == "ekf" and not turned:  # else covariances are not those of the transition, only near them
         assert np.linalg.eigvalsh(less).min() > -(1e-8 if wide else 1e-12) * np.abs(less).max()
 
 

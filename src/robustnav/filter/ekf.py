@@ -6,7 +6,8 @@ import numpy as np
 
 from robustnav.filter.steps import Seen
 from robustnav.filter.weighting import Gate, Rule
-from robustnav.frames import Array
+from robustnav.frames import Array, left_jacobian
+from robustnav.model.blocks import Model
 from robustnav.model.functions import ModelFunctions
 
 EVERYTHING = Gate()
@@ -57,4 +58,19 @@ def update(
     if not weight > 0:
         return x, P, Seen(nu, s, nis, 0.0)
     left = P + weight * (left - P)
-    return model.inject(x, weight * dx), (left + left.T) / 2, Seen(nu, s, nis, weight)
+    left = transported(model.model, weight * dx, (left + left.T) / 2)
+    return model.inject(x, weight * dx), left, Seen(nu, s, nis, weight)
+
+
+def transported(model: Model, dx: Array, P: Array) -> Array:
+    """Return the covariance (ne, ne) about the state corrected by ``dx`` (ne,), where the model asks for it.
+
+    An error about the old attitude is not one about the new: Log(Exp(d + e) Exp(-d)) = J_l(d) e to first order.
+    """
+    rotation = model.rotation
+    if rotation is None or not rotation.transported:
+        return P
+    part, G = model.error_slices[rotation.name], np.eye(len(P))
+    G[part, part] = left_jacobian(dx[part] if rotation.error == "n" else -dx[part])
+    out: Array = G @ P @ G.T
+    return out

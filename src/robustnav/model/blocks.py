@@ -42,11 +42,14 @@ class Rotation:
 
     ``error="n"``: C_true = Exp(e) C_est, error in navigation axes (right-invariant);
     ``error="b"``: C_true = C_est Exp(e), error in body axes.
+    ``transported``: an extended Kalman filter turns the covariance with each correction of attitude, which matters
+    where corrections are of many degrees.
     """
 
     name: str
     error: str = "n"
     unit: str = "1"
+    transported: bool = False
 
     size = 4
     error_size = 3

@@ -9,7 +9,7 @@ from typing import Any
 from robustnav.model.blocks import Model, Rotation, Sensor
 from robustnav.model.derive import Derivation, Exprs, Rows, matrix, product, skew
 from robustnav.model.discretize import Step
-from robustnav.model.manifold import difference, moved
+from robustnav.model.manifold import difference, moved, transport
 from robustnav.model.pattern import errors_moved, errors_seen, gain_pattern
 from robustnav.model.program import Program
 
@@ -278,6 +278,7 @@ class Generator:
             "if (!(weight > R(0.0))) return R(0.0);",
             f"if (weight < R(1.0)) rn_soften(L, P, {packed_size}, dx, {n}, weight);",
             "memcpy(P, L, sizeof L);",
+            *transport(self.model),
             f"rn_{self.model.name}_inject(x, dx);",
             "return weight;",
         ]

@@ -18,6 +18,7 @@ def built_in_models() -> list[Model]:
         InertialNoise,
         RangeBias,
         alignment,
+        alignment_so3,
         attitude,
         attitude_euler,
         inertial,
@@ -25,7 +26,7 @@ def built_in_models() -> list[Model]:
     )
     from robustnav.models.uwb_planar import uwb_planar
 
-    noise = AttitudeNoise(1.0, 1.0, 1.0, 1.0)
+    noise, unit = AttitudeNoise(1.0, 1.0, 1.0, 1.0), AlignmentNoise(1.0, 1.0, 1.0, 1.0, 1.0)
     tags = [
         uwb(range_sd=1.0, acceleration_density=1.0, dimensions=n, driven=driven, bias=bias)
         for n in (2, 3)
@@ -38,7 +39,11 @@ def built_in_models() -> list[Model]:
         inertial(InertialNoise(1.0, 1.0, 1.0, 1.0), AidingNoise()),
         inertial(InertialNoise(1.0, 1.0, 1.0, 1.0), AidingNoise(), bias=RangeBias(1.0, 1.0, 1.0)),
         uwb_planar(range_sd=1.0, acceleration_density=1.0, yaw_acceleration_density=1.0),
-        alignment(AlignmentNoise(1.0, 1.0, 1.0, 1.0, 1.0), gravity=1.0, earth_rate_north=1.0, earth_rate_down=1.0),
+        alignment(unit, gravity=1.0, earth_rate_north=1.0, earth_rate_down=1.0),
+        *(
+            alignment_so3(unit, gravity=1.0, earth_rate_north=1.0, earth_rate_down=1.0, lines=lines)
+            for lines in ((), (1.0, 1.0, 1.0))
+        ),
     ]
 
 

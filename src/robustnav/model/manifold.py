@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robustnav.model.blocks import Rotation
+from robustnav.model.blocks import Model, Rotation
 from robustnav.model.derive import Derivation, Exprs, matrix, product, quat_product, transpose
 from robustnav.model.program import Program
 
@@ -47,3 +47,13 @@ def _turned_quaternion(program: Program, q: Exprs, e: Exprs, error: str) -> Expr
     out = program.let_all("turned", quat_product(turn, q) if error == "n" else quat_product(q, turn))
     scale = program.let("scale", 1 / se.sqrt(sum(v * v for v in out)))
     return [v * scale for v in out]
+
+
+def transport(model: Model) -> list[str]:
+    """Return the C that turns a covariance with a correction ``dx`` of attitude, where the model asks for it."""
+    rotation = model.rotation
+    if rotation is None or not rotation.transported:
+        return []
+    at, sign = model.error_slices[rotation.name].start, "" if rotation.error == "n" else "-"
+    turn = ", ".join(f"{sign}dx[{at + i}]" for i in range(3))
+    return [f"rn_transport(P, {model.error_size}, {at}, {turn});"]

@@ -1,6 +1,7 @@
 """The applications: one model a file."""
 
 from robustnav.models.alignment import AlignmentNoise, alignment
+from robustnav.models.alignment_so3 import alignment_so3
 from robustnav.models.attitude import attitude
 from robustnav.models.attitude_euler import attitude_euler
 from robustnav.models.attitude_noise import AttitudeNoise
@@ -21,6 +22,7 @@ __all__ = [
     "Radio",
     "RangeBias",
     "alignment",
+    "alignment_so3",
     "attitude",
     "attitude_euler",
     "carrier_named",

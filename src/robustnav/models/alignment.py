@@ -28,6 +28,24 @@ class AlignmentNoise:
     velocity_sd: float
 
 
+INCREMENTS = (
+    Vector("turn", "1", 4),
+    Vector("velocity_increment", "m/s"),
+    Vector("turn_by_bias", "s", 9),
+    Vector("velocity_by_bias", "m", 9),
+)
+
+
+def alignment_noises(noise: AlignmentNoise) -> tuple[Noise, ...]:
+    """Return what drives attitude, velocity and biases."""
+    return (
+        Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
+        Noise("accel_noise", "m/s^2/sqrt(Hz)", noise.accel_density),
+        Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
+        Noise("accel_bias_noise", "m/s^3/sqrt(Hz)", noise.accel_bias_density),
+    )
+
+
 def alignment(noise: AlignmentNoise, *, gravity: float, earth_rate_north: float, earth_rate_down: float) -> Model:
     """Return the published model: state ``v_n``, ``quaternion``, ``gyro_bias``, ``accel_bias``, sensor ``velocity``.
 
@@ -48,18 +66,8 @@ def alignment(noise: AlignmentNoise, *, gravity: float, earth_rate_north: float,
             Vector("gyro_bias", "rad/s"),
             Vector("accel_bias", "m/s^2"),
         ),
-        inputs=(
-            Vector("turn", "1", 4),
-            Vector("velocity_increment", "m/s"),
-            Vector("turn_by_bias", "s", 9),
-            Vector("velocity_by_bias", "m", 9),
-        ),
-        noises=(
-            Noise("gyro_noise", "rad/s/sqrt(Hz)", noise.gyro_density),
-            Noise("accel_noise", "m/s^2/sqrt(Hz)", noise.accel_density),
-            Noise("gyro_bias_noise", "rad/s^2/sqrt(Hz)", noise.gyro_bias_density),
-            Noise("accel_bias_noise", "m/s^3/sqrt(Hz)", noise.accel_bias_density),
-        ),
+        inputs=INCREMENTS,
+        noises=alignment_noises(noise),
         sensors=(Sensor("velocity", "m/s", noise.velocity_sd),),
         parameters={"gravity": gravity, "earth_rate_north": earth_rate_north, "earth_rate_down": earth_rate_down},
         equations=_equations,
@@ -74,19 +82,32 @@ def alignment(noise: AlignmentNoise, *, gravity: float, earth_rate_north: float,
     )
 
 
+def increment(phi: Any) -> list[Any]:
+    """Return the quaternion of a small turn, to fourth order in the angle."""
+    square = phi.dot(phi)
+    return [1 - square / 8 + square**2 / 384, *(phi / 2 - phi * square / 48)]
+
+
+def specific(s: Symbols) -> Any:
+    """Return the velocity increment in body axes less what the biases add to it."""
+    import sympy as sp
+
+    J, H = sp.Matrix(3, 3, list(s.turn_by_bias)), sp.Matrix(3, 3, list(s.velocity_by_bias))
+    return s.velocity_increment - J * s.accel_bias - H * s.gyro_bias
+
+
 def _equations(s: Symbols) -> Equations:
     import sympy as sp
 
     from robustnav.model.derive import quat_product
 
-    J, H = sp.Matrix(3, 3, list(s.turn_by_bias)), sp.Matrix(3, 3, list(s.velocity_by_bias))
-    turn = quat_product(_increment(-J * s.gyro_bias), list(s.turn))
-    specific = s.velocity_increment - J * s.accel_bias - H * s.gyro_bias
-    a = _scaled_matrix(list(s.quaternion)) * specific
+    J = sp.Matrix(3, 3, list(s.turn_by_bias))
+    turn = quat_product(increment(-J * s.gyro_bias), list(s.turn))
+    a = _scaled_matrix(list(s.quaternion)) * specific(s)
     earth_rate_n = sp.Matrix([s.earth_rate_north, 0, s.earth_rate_down])
     coriolis = s.dt * earth_rate_n.cross(a / 2 + 2 * s.v_n)
     v_n = s.v_n + a + sp.Matrix([0, 0, s.gravity]) * s.dt - coriolis + s.accel_noise
-    moved = quat_product(quat_product(_increment(-earth_rate_n * s.dt), list(s.quaternion)), turn)
+    moved = quat_product(quat_product(increment(-earth_rate_n * s.dt), list(s.quaternion)), turn)
     shaken = [e / 2 for e in quat_product(list(s.quaternion), [0, *s.gyro_noise])]
     return Equations(
         steps={
@@ -97,12 +118,6 @@ def _equations(s: Symbols) -> Equations:
         },
         sensors={"velocity": s.v_n},
     )
-
-
-def _increment(phi: Any) -> list[Any]:
-    """Return the quaternion of a small turn, to fourth order in the angle."""
-    square = phi.dot(phi)
-    return [1 - square / 8 + square**2 / 384, *(phi / 2 - phi * square / 48)]
 
 
 def _scaled_matrix(q: list[Any]) -> Any:
