@@ -137,55 +137,67 @@ def _with_drift(model: Model, Z: Array, drift: Array) -> Array:
     return out
 
 
+@dataclass(frozen=True)
+class _Force:
+    """Specific force in the body axes at ``end`` [s], integrated from there back to times ``t`` (m,), zero at the end.
+
+    ``told`` (m, 3) is once for velocities and twice for positions, by sensor; ``up_b`` (3,) its direction.
+    """
+
+    end: float
+    t: Array
+    told: dict[str, Array]
+    up_b: Array
+
+
 def _window(task: Task, row: int, seconds: float) -> Window | None:
     feed = task.feed
     rows = np.flatnonzero(feed.whole[: row + 1] & (feed.t[: row + 1] >= feed.t[row] - seconds))
-    if len(rows) < _FEW:
+    force = _integrated(task, rows) if len(rows) >= _FEW else None
+    if force is None:
         return None
-    t, s, x = _integrals(task, rows)
-    total = float(np.linalg.norm(s[0]))
-    if total == 0:
-        return None
-    up_b = s[0] / -total
-    parts = [_rows(task, name, feed.t[row], t, told, up_b) for name, told in zip(SENSORS, (s, x), strict=True)]
+    parts = [_rows(task, name, force) for name in SENSORS]
     if sum(len(one.A) for one in parts) < _FEW:
         return None
-    if not len(parts[1].A):  # without positions, place is counted from the start
+    if not len(parts[SENSORS.index("position")].A):  # place is then counted from the start
         zero = np.zeros((1, 3))
         parts.append(Rows(np.eye(3)[:1], zero, zero, np.array([_HERE**2]), np.zeros(1)))
     whole = Rows(*(np.concatenate([getattr(one, field.name) for one in parts]) for field in fields(Rows)))
     if np.linalg.matrix_rank(whole.A) < 3:
         return None
     fit = _solved(whole.A, whole.Y, whole.variances + whole.spread)
-    return Window(whole, fit, up_b, total / -t[0], -float(t[0]))
+    span = -float(force.t[0])
+    return Window(whole, fit, force.up_b, float(np.linalg.norm(force.told["velocity"][0])) / span, span)
 
 
-def _integrals(task: Task, rows: IntArray) -> tuple[Array, Array, Array]:
-    """Return times (m,) back from the last row, and once and twice integrated force (m, 3) in its axes, zero there."""
-    t = task.feed.t[rows] - task.feed.t[rows[-1]]
+def _integrated(task: Task, rows: IntArray) -> _Force | None:
+    """Return the force integrated over whole rows, or None where it sums up to nothing."""
+    end = float(task.feed.t[rows[-1]])
+    t = task.feed.t[rows] - end
     step = np.diff(t)[:, None]
     rise = turned_to_last(task, rows)[1:] * step
     s = np.vstack([-np.cumsum(rise[::-1], axis=0)[::-1], np.zeros(3)])
     x = np.vstack([-np.cumsum(((s[1:] + s[:-1]) / 2 * step)[::-1], axis=0)[::-1], np.zeros(3)])
-    return t, s, x
+    total = float(np.linalg.norm(s[0]))
+    return _Force(end, t, {"velocity": s, "position": x}, s[0] / -total) if total > 0 else None
 
 
-def _rows(task: Task, name: str, end: float, t: Array, told: Array, up_b: Array) -> Rows:
-    """Return a sensor's readings within times ``t`` (m,) back from ``end``, with force ``told`` (m, 3) integrated."""
+def _rows(task: Task, name: str, force: _Force) -> Rows:
+    """Return a sensor's readings within a window."""
     model = task.estimator.model
     j = model.sensor_index(name)
     data = task.feed.sensors[j]
     if data is None:
         return Rows(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-    inside = (data.t > end + t[0]) & (data.t <= end) & np.isfinite(data.z).all(axis=1)
-    at, z = data.t[inside] - end, data.z[inside, :3]
-    along = np.array([np.interp(at, t, told[:, k]) for k in range(3)]).T
-    up = along @ up_b
+    inside = (data.t > force.end + force.t[0]) & (data.t <= force.end) & np.isfinite(data.z).all(axis=1)
+    at, z = data.t[inside] - force.end, data.z[inside, :3]
+    along = np.array([np.interp(at, force.t, one) for one in force.told[name].T]).T
+    up = along @ force.up_b
     one, zero = np.ones_like(at), np.zeros_like(at)
     A = np.stack([one, at, up] if name == "position" else [zero, one, up], axis=1)
     fallen = at**2 / 2 if name == "position" else at
     gravity_n = np.array([0.0, 0.0, model.parameters["gravity"]])
-    aside = along - np.outer(up, up_b)
+    aside = along - np.outer(up, force.up_b)
     spread = np.full(len(at), np.sum(aside**2) / max(len(at), 1) / 2)
     return Rows(A, z - np.outer(fallen, gravity_n), aside, np.full(len(at), model.sensors[j].sd ** 2), spread)
 
