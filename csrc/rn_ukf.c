@@ -8,25 +8,26 @@
 
 #include <string.h>
 
-enum { BLOCK = 4 }; /* sums made side by side: they fill the pipelines, and share what is read */
+enum { BLOCK = 4 }; /* sums made side by side, from numbers side by side: reading goes up to BLOCK - 1 past a row */
 
 int RN(ukf_scratch)(const RN(model) * m)
 {
-    const int n = m->ne, predict = RN_PACKED(n) + 3 * n * n, update = n * n + 3 * n * RN_MAX_ROWS;
-    return predict > update ? predict : update;
+    const int n = m->ne, predict = RN_PACKED(n) + 4 * n * n, update = n * n + 5 * n * RN_MAX_ROWS;
+    return (predict > update ? predict : update) + BLOCK;
 }
 
-/* sum[b] = sum over k < count of weight[k step] v[k along + b across], for the first `width` <= BLOCK b; the rest repeats. */
-RN_INLINE void combine(const real *weight, int step, const real *v, int along, int across, int width, int count, real *sum)
+/* sum[b] = sum over k < count of weight[k step] v[k n + b]. */
+RN_INLINE void combine(const real *weight, int step, const real *v, int n, int count, real *sum)
 {
-    const real *v1 = width > 1 ? v + across : v, *v2 = width > 2 ? v1 + across : v1, *v3 = width > 3 ? v2 + across : v2;
     real s0 = R(0.0), s1 = R(0.0), s2 = R(0.0), s3 = R(0.0);
     for (int k = 0; k < count; k++) {
-        const real one = weight[k * step];
-        s0 += one * v[k * along];
-        s1 += one * v1[k * along];
-        s2 += one * v2[k * along];
-        s3 += one * v3[k * along];
+        const real one = *weight;
+        s0 += one * v[0];
+        s1 += one * v[1];
+        s2 += one * v[2];
+        s3 += one * v[3];
+        weight += step;
+        v += n;
     }
     sum[0] = s0;
     sum[1] = s1;
@@ -43,9 +44,8 @@ static int offsets_of(const real *P, real spread, int pairs, int n, real *offset
         real *row = offsets + i * n;
         for (int k = 0; k < i; k++) share[k] = offsets[k * n + i] * inverse[k];
         for (int j = i; j < n; j += BLOCK) {
-            const int width = n - j < BLOCK ? n - j : BLOCK;
-            combine(share, 1, offsets + j, n, 1, width, i, sum);
-            for (int b = 0; b < width; b++) row[j + b] = *P++ - sum[b];
+            combine(share, 1, offsets + j, n, i, sum);
+            for (int b = 0; b < BLOCK && j + b < n; b++) row[j + b] = *P++ - sum[b];
         }
         inverse[i] = R(1.0) / row[i];
         if (!(inverse[i] > R(0.0) && inverse[i] < (real)INFINITY)) return 1;
@@ -59,34 +59,31 @@ static int offsets_of(const real *P, real spread, int pairs, int n, real *offset
     return 0;
 }
 
-/* Columns [from, to) of the first `rows` rows of packed P += scale V V', where V[i, k] = v[i across + k along], k < count. */
-static void add_products(real *P, int n, int rows, int from, int to, real scale, const real *v, int across, int along,
-                         int count)
+/* The first `rows` rows of packed P += scale V'V, of their columns those before `to`; V: count rows of n numbers. */
+static void add_products(real *P, int n, int rows, int to, real scale, const real *v, int count)
 {
     real sum[BLOCK];
     for (int i = 0; i < rows; i++) {
-        for (int j = i > from ? i : from; j < to; j += BLOCK) {
-            const int width = to - j < BLOCK ? to - j : BLOCK;
-            combine(v + i * across, along, v + j * across, along, across, width, count, sum);
-            for (int b = 0; b < width; b++) P[j + b - i] += scale * sum[b];
+        for (int j = i; j < to; j += BLOCK) {
+            combine(v + i, n, v + j, n, count, sum);
+            for (int b = 0; b < BLOCK && j + b < to; b++) P[j + b - i] += scale * sum[b];
         }
         P += n - i;
     }
 }
 
-/* Pairs of n columns (+, -) made halves of differences and sums, less the mean of the sums; the first `rows` rows. */
-static void split(real *e, int rows, int n, real pair, real *mean)
+/* From `rows` rows of pairs, n of + and then n of -: halves of differences (odd) and, less their mean, of sums (even), by
+ * columns, `width` numbers from one pair to the next. */
+static void split(const real *e, int rows, int n, real pair, real *odd, real *even, int width, real *mean)
 {
-    for (int j = 0; j < rows; j++) {
-        real *odd = e + j * 2 * n, *even = odd + n, sum = R(0.0);
+    for (int j = 0; j < rows; j++, e += 2 * n) {
+        real sum = R(0.0);
+        for (int i = 0; i < n; i++) sum += e[i] + e[n + i];
+        mean[j] = R(0.5) * pair * sum;
         for (int i = 0; i < n; i++) {
-            const real plus = R(0.5) * odd[i], minus = R(0.5) * even[i];
-            odd[i] = plus - minus;
-            even[i] = plus + minus;
-            sum += even[i];
+            odd[i * width + j] = R(0.5) * (e[i] - e[n + i]);
+            even[i * width + j] = R(0.5) * (e[i] + e[n + i]) - mean[j];
         }
-        mean[j] = pair * sum;
-        for (int i = 0; i < n; i++) even[i] -= mean[j];
     }
 }
 
@@ -95,8 +92,8 @@ int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real 
 {
     const int n = m->ne, nx = m->nx, moving = m->moving, moved = RN_PACKED(n) - RN_PACKED(n - moving);
     const real pair = R(1.0) / w->spread;
-    real *Q = scratch, *e = Q + RN_PACKED(n), *offsets = e + 2 * n * n;
-    real centre[RN_MAX_STATE + 1], mean[RN_MAX_STATE] = {R(0.0)};
+    real *Q = scratch, *e = Q + RN_PACKED(n), *even = e + 2 * n * n, *offsets = even + n * n;
+    real centre[RN_MAX_STATE + 1], mean[RN_MAX_STATE + BLOCK] = {R(0.0)};
     if (offsets_of(P, w->spread, n, n, offsets)) return 1;
     for (int j = 0; j < n; j++) {
         for (int i = 0; i < n; i++) {
@@ -108,12 +105,12 @@ int RN(ukf_predict)(const RN(model) * m, const RN(unscented) * w, real *x, real 
     memcpy(centre, x, (size_t)nx * sizeof(real));
     m->propagate(centre, u, p, dt);
     m->carry(x, centre, u, p, dt, e);
-    split(e, moving, n, pair, mean);
+    split(e, moving, n, pair, offsets, even, n, mean); /* of what stays, the odd part is the offset */
     memcpy(P, Q, (size_t)moved * sizeof(real));
     for (int k = moved; k < RN_PACKED(n); k++) P[k] += Q[k];
-    add_products(P, n, moving, 0, moving, pair, e, 2 * n, 1, 2 * n);
-    add_products(P, n, moving, moving, n, pair, e, 2 * n, 1, n); /* the others have no even part */
-    add_products(P, n, moving, 0, moving, w->cov_centre, mean, 1, 1, 1);
+    add_products(P, n, moving, n, pair, offsets, n);
+    add_products(P, n, moving, moving, pair, even, n);
+    add_products(P, n, moving, moving, w->cov_centre, mean, 1);
     memcpy(x, centre, (size_t)nx * sizeof(real));
     m->inject(x, mean);
     return 0;
@@ -140,28 +137,29 @@ static void spread_of_prediction(const RN(model) * m, const RN(unscented) * w, i
     const RN(sensor) *one = &m->sensors[sensor];
     const int n = m->ne, pairs = one->sees, rows = one->size;
     const real pair = R(1.0) / w->spread;
-    real centre[RN_MAX_READING], r[RN_MAX_ROWS], mean[RN_MAX_ROWS], sum[BLOCK];
+    real centre[RN_MAX_READING], r[RN_MAX_ROWS], mean[RN_MAX_ROWS];
     one->measure(x, z, p, centre);
     for (int a = rows; a < one->width; a++) centre[a] = z[a];
     for (int i = 0; i < 2 * pairs; i++) {
         innovation(m, one, x, offsets + i % pairs * n, i < pairs ? R(1.0) : R(-1.0), centre, p, r);
         for (int a = 0; a < rows; a++) below[a * 2 * pairs + i] = r[a];
     }
-    split(below, rows, pairs, pair, mean);
+    real *odd = below + 2 * pairs * rows, *even = odd + pairs * rows;
+    split(below, rows, pairs, pair, odd, even, rows, mean);
     one->innovation(x, z, p, nu);
     /* the pairs left out predict what the centre does */
     const real centre_weight = w->cov_centre + pair * (real)(n - pairs);
     for (int a = 0; a < rows; a++) {
-        const real *row = below + a * 2 * pairs;
         nu[a] += mean[a];
         for (int b = a; b < rows; b++) {
-            combine(row, 1, below + b * 2 * pairs, 1, 0, 1, 2 * pairs, sum);
-            S[a * RN_MAX_ROWS + b] += pair * sum[0] + centre_weight * mean[a] * mean[b];
+            real sum = R(0.0);
+            for (int i = 0; i < pairs * rows; i += rows) sum += odd[i + a] * odd[i + b] + even[i + a] * even[i + b];
+            S[a * RN_MAX_ROWS + b] += pair * sum + centre_weight * mean[a] * mean[b];
         }
         for (int j = 0; j < n; j += BLOCK) {
-            const int width = n - j < BLOCK ? n - j : BLOCK;
-            combine(row, 1, offsets + j, n, 1, width, pairs, sum);
-            for (int b = 0; b < width; b++) C[a * n + j + b] = -pair * sum[b];
+            real sum[BLOCK];
+            combine(odd + a, rows, offsets + j, n, pairs, sum);
+            for (int b = 0; b < BLOCK && j + b < n; b++) C[a * n + j + b] = -pair * sum[b];
         }
     }
 }
@@ -193,7 +191,7 @@ void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, re
                     real variance, RN(rule) rule, const real *p, RN(seen) * seen, real *scratch)
 {
     const int n = m->ne, pairs = m->sensors[sensor].sees, rows = m->sensors[sensor].size;
-    real *offsets = scratch, *below = offsets + pairs * n, *C = below + 2 * pairs * rows;
+    real *offsets = scratch, *below = offsets + pairs * n, *C = below + 4 * pairs * rows;
     real S[RN_MAX_ROWS * RN_MAX_ROWS] = {R(0.0)}, y[RN_MAX_ROWS], dx[RN_MAX_STATE];
     seen->weight = R(0.0);
     seen->nis = (real)NAN;
@@ -212,6 +210,6 @@ void RN(ukf_update)(const RN(model) * m, const RN(unscented) * w, int sensor, re
     for (int a = 0; a < rows; a++) {
         for (int j = 0; j < n; j++) dx[j] += weight * y[a] * C[a * n + j];
     }
-    add_products(P, n, n, 0, n, -weight, C, 1, n, rows);
+    add_products(P, n, n, n, -weight, C, rows);
     m->inject(x, dx);
 }

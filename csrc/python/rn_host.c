@@ -93,7 +93,7 @@ static void init(void *memory, const rn_config *c)
 {
     filter_t *f = memory;
     const RN(model) *m = c->model;
-    memset(f, 0, sizeof *f);
+    memset(f, 0, bytes(c));
     f->model = m;
     f->kind = c->kind;
     f->sets = c->sets;
