@@ -68,10 +68,12 @@ def turned_to_last(task: Task, rows: IntArray) -> Array:
     feed, names = task.feed, [b.name for b in task.estimator.model.inputs]
     gyro, accel = (feed.u[rows, 3 * k : 3 * k + 3] for k in (names.index("gyro"), names.index("accel")))
     steps = quat_from_rotvec(gyro[1:] * np.diff(feed.t[rows])[:, None])
-    to_last = np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1))
-    for k in range(len(steps) - 1, -1, -1):
-        to_last[k] = quat_multiply(to_last[k + 1], quat_conjugate(steps[k]))
-    return rotate(to_last, accel)
+    back = np.vstack([[1.0, 0.0, 0.0, 0.0], quat_conjugate(steps)[::-1]])
+    reach = 1
+    while reach < len(back):  # products of all steps so far, twice as many each time
+        back[reach:] = quat_multiply(back[:-reach], back[reach:])
+        reach *= 2
+    return rotate(back[::-1], accel)
 
 
 @dataclass(frozen=True)
