@@ -229,6 +229,12 @@ def test_what_cannot_be_is_refused():
     far = {**log.streams, "gnss_velocity": replace(log.streams["gnss_velocity"], t=log.streams["gnss_velocity"].t + 99)}
     with pytest.raises(EstimatorError, match="no tilt to start from"):
         align_moving(replace(log, streams=far), UNIT, GnssAiding(0.1))
+    _, steered = recording("drone", 0, duration=5.0, compass_sd=0.1)
+    empty = replace(log.streams["gnss_velocity"], t=np.zeros(0), values=np.zeros((0, 3)))
+    with pytest.raises(EstimatorError, match="no tilt to start from"):
+        align_moving(
+            replace(steered, streams={**steered.streams, "gnss_velocity": empty}), UNIT, GnssAiding(0.1, heading_sd=0.1)
+        )
     for make, bad in (
         (GnssAiding, {}),
         (GnssAiding, {"velocity_sd": 0.0}),

@@ -114,7 +114,7 @@ def _first(task: Task, settings: MovingStart) -> tuple[int, Window]:
     """Return the first row at which a window tells the tilt, and what it tells."""
     t = task.feed.t
     heard = [data.t for j in task.news if (data := task.feed.sensors[j]) is not None]
-    rows = np.unique(np.searchsorted(t, np.concatenate(heard)))
+    rows = np.unique(np.searchsorted(t, np.concatenate([np.zeros(0), *heard])))
     for row in rows[(rows > 0) & (rows < len(t) - 1)]:
         if t[row] - t[0] < 0.8 * settings.window:
             continue
