@@ -210,7 +210,8 @@ static void identify(RN(align) * a, RN(align_wind) * out)
     }
 }
 
-/* Look for lines in [start, now) and let a filter with them compete. */
+/* Look for lines in [start, now) and let a filter with them compete; where lines held until then, also one without:
+   it starts from what they taught, as no filter of the bank does. */
 static void propose(RN(align) * a, int start)
 {
     const int now = a->count;
@@ -224,7 +225,7 @@ static void propose(RN(align) * a, int start)
     }
     fill_window(a, &core, start, now);
     identify(a, &wind);
-    if (wind.lines == 0) return;
+    if (wind.lines == 0 && (start == 0 || !a->has_lines)) return;
     if (start == 0) {
         real v0[2];
         for (int axis = 0; axis < 2; axis++) v0[axis] = median(a, 0, 5, axis);
@@ -270,7 +271,7 @@ static void check(RN(align) * a)
     const real time = (real)a->count * a->setup.period;
     if (time < EARLY_TIME + R(0.05)) {
         propose(a, 0);
-    } else if (!(a->has_lines && leading(a) == LINES && a->fit < HEALTHY)) {
+    } else if (!(a->has_lines && leading(a) == LINES && a->filter[LINES].wind.lines > 0 && a->fit < HEALTHY)) {
         propose(a, a->count - steps(a, EARLY_TIME));
         propose(a, a->count - steps(a, SHORT_WINDOW));
     }

@@ -128,17 +128,20 @@ class Aligner:
         time = count * self.setup.period
         if time < EARLY_TIME + 0.05:
             self._propose(0)
-        elif not (self._has_lines and int(np.argmax(self._merits)) == len(BANK) and self._fit < HEALTHY):
+        elif not (self._beliefs[-1].lines and int(np.argmax(self._merits)) == len(BANK) and self._fit < HEALTHY):
             self._propose(count - self._steps(EARLY_TIME))
             self._propose(count - self._steps(SHORT_WINDOW))
         wait = 1.0 if time < 19.9 else 5.0 if time < 29.9 else 10.0
         self._next = count + self._steps(wait)
 
     def _propose(self, first: int) -> None:
-        """Look for lines from row ``first`` to now and let a filter with them compete."""
+        """Look for lines from row ``first`` to now and let a filter with them compete.
+
+        Where lines held until then, also one without: it starts from what they taught, as no filter of the bank does.
+        """
         core, P, score = self._snapshots.get(first, (Core(self._q0, np.zeros(10)), np.zeros((0, 0)), 0.0))
         wind = identify(self._window(core, first))
-        if not wind.omega:
+        if not wind.omega and (first == 0 or not self._has_lines):
             return
         if first == 0:
             belief = start(self.setup, wind, self._q0, first_velocity(np.array(self._rows[:5])[:, VELOCITY]))
