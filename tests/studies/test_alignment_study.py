@@ -173,9 +173,10 @@ def test_tilt_after_a_change_is_that_of_the_stretch():
 def test_goals_are_the_figures_between_their_limits(study):
     found = {goal.name: goal for goal in goals(study)}
     figures = study.cases[f"h-{START}"].figures[OURS]
-    tail = found[f"h-{START}, align, tilt_arcmin, 95 %"]
+    tail = found[f"h-{START}, align, tilt, arcmin, 95 %"]
     assert (tail.value, tail.high) == (figures["tilt_arcmin"]["p95"], 1.1)
     assert tail.met == (tail.value <= 1.1)
+    assert tail.told == study.cases[f"h-{START}"].figures["told"]["tilt_arcmin"]["p95"]
     honest = found[f"h-{START}-75deg, align, NEES of heading"]
     assert (honest.low, honest.high) == chi_square_band(1, SEEDS)
     assert honest.value == study.cases[f"h-{START}-75deg"].figures[OURS]["heading_nees"]

@@ -19,16 +19,21 @@ SETTLE = (14.0, 20.0)  # s
 HEADING = (0.2, 0.55)  # deg
 LATENCY = 45.0  # s until heading is known
 PARTS = {"median": "median", "p95": "95 %"}
+WORDS = {"tilt_arcmin": "tilt, arcmin", "settle_s": "settles, s", "heading_deg": "heading, deg"}
 
 
 class Goal(NamedTuple):
-    """What the study must show: a value between two limits; what never happens does so after infinity."""
+    """What the study must show: a value between two limits; what never happens does so after infinity.
+
+    ``told`` is the same figure of the filter that is told the wind, NaN where there is none.
+    """
 
     name: str
     value: float
     low: float
     high: float
     met: bool
+    told: float = float("nan")
 
 
 def goals(study: AlignmentStudy) -> list[Goal]:
@@ -74,8 +79,10 @@ def _ours(study: AlignmentStudy) -> Iterator[Goal]:
         limits = {"tilt_arcmin": TAIL[unit]} | ({"settle_s": SETTLE} if unit == "s" else {"heading_deg": HEADING})
         for figure, (middle, high) in limits.items():
             for part, limit in (("median", middle), ("p95", high)):
-                value = value_of(study, case, OURS, figure, part)
-                yield _goal(f"{case}, align, {figure}, {PARTS[part]}", value, 0.0, limit)
+                name = f"{case}, align, {WORDS[figure]}, {PARTS[part]}"
+                goal = _goal(name, value_of(study, case, OURS, figure, part), 0.0, limit)
+                bound = figure != "settle_s" and _has(study, case, ("told",))
+                yield goal._replace(told=value_of(study, case, "told", figure, part)) if bound else goal
         if unit == "s":
             share = value_of(study, case, OURS, "heading_ever_known")
             yield _goal(f"{case}, align, runs in which heading is ever called observable", share, 0.0, 0.0)
@@ -93,7 +100,7 @@ def _gusts(study: AlignmentStudy) -> Iterator[Goal]:
         for figure in ("tilt_arcmin", "settle_s" if unit == "s" else "heading_deg"):
             for part, words in PARTS.items():
                 ratio = value_of(study, blown, OURS, figure, part) / value_of(study, calm, OURS, figure, part)
-                yield _goal(f"{blown}, align, {figure} over that without gusts, {words}", ratio, 0.0, SAME)
+                yield _goal(f"{blown}, align, {WORDS[figure]}, over that without gusts, {words}", ratio, 0.0, SAME)
 
 
 def _winds(study: AlignmentStudy) -> Iterator[Goal]:

@@ -17,7 +17,7 @@ from robustnav.report.page import Level, Page, Tile
 from robustnav.report.run_report import versions
 from robustnav.studies.alignment import AlignmentStudy, pair, rows_of, value_of
 from robustnav.studies.alignment_figures import AFTER, LASTING, TAIL
-from robustnav.studies.alignment_goals import best_fixed, goals, our_cases, tried_cases
+from robustnav.studies.alignment_goals import Goal, best_fixed, goals, our_cases, tried_cases
 from robustnav.studies.alignment_runs import Example
 from robustnav.studies.alignment_setting import BOUNDS, INVARIANT, METHODS, OURS, PUBLISHED, WINDS, Case
 
@@ -39,6 +39,8 @@ def page(study: AlignmentStudy, command: str) -> Page:
     out.table([{"wind": wind, "what": words} for wind, words in WINDS.items()], "Winds; the first has no suffix below.")
     for name, case in study.cases.items():
         out.table(rows_of(case.figures), f"{name}, median / 95 % of {study.seeds} seeds.")
+    out.section("Goals")
+    out.table(goal_rows(study), "What the study must show.")
     out.section("Repeat it")
     out.settings({"seeds": study.seeds, "seed": study.seed}, versions(), command)
     return out
@@ -79,7 +81,7 @@ def write_study(study: AlignmentStudy, folder: str | Path, command: str) -> Path
 def goal_rows(study: AlignmentStudy) -> list[dict[str, object]]:
     """Return a row a goal."""
     return [
-        {"goal": g.name, "value": g.value, "from": g.low, "to": g.high, "met": "yes" if g.met else "no"}
+        {"goal": g.name, "value": f"{g.value:.3g}", "from": f"{g.low:.3g}", "to": f"{g.high:.3g}", "met": _said(g.met)}
         for g in goals(study)
     ]
 
@@ -124,7 +126,7 @@ def _verdict(out: Page, study: AlignmentStudy) -> None:
     missed = [g for g in aims if not g.met]
     level: Level = "warning" if missed else "ok"
     words = f"{len(aims) - len(missed)} of {len(aims)} goals are met."
-    out.verdict(level, words, [f"Missed: {g.name}: {g.value:.3g}, {g.low:.3g} to {g.high:.3g} asked." for g in missed])
+    out.verdict(level, words, [_missed(g) for g in missed])
     case = Case("s-10-10-60").name
     asked = [
         ("hinf", "settle_s", "s"),
@@ -139,9 +141,17 @@ def _verdict(out: Page, study: AlignmentStudy) -> None:
         for value in [value_of(study, case, method, figure)]
     ]
     out.tiles([*tiles, Tile("runs", str(study.seeds), "a case", "independent seeds")])
-    out.table(goal_rows(study), "What the study must show.")
     described = {name: words for name, words in (METHODS | BOUNDS).items() if _ran(study, name)}
     out.table([{"method": name, "what": words} for name, words in described.items()], "Methods, and what bounds them.")
+
+
+def _said(met: bool) -> str:
+    return "yes" if met else "no"
+
+
+def _missed(goal: Goal) -> str:
+    told = "" if np.isnan(goal.told) else f"; told the wind: {goal.told:.3g}"
+    return f"Missed: {goal.name}: {goal.value:.3g}{told}; {goal.low:.3g} to {goal.high:.3g} asked."
 
 
 def _ran(study: AlignmentStudy, method: str) -> bool:
