@@ -163,6 +163,8 @@ static void transition(RN(align_filter) * f, const RN(align_setup) * s, const re
     for (int i = 0; i < 3; i++) alpha[i] = reading[4 + i] - t[i] - u[i];
     times_vector(C, alpha, a);
     skew(a, A);
+    /* Of gravity alone: less the bias found so far, it would let the filter claim to tell tilt and bias apart. */
+    const real fall = s->gravity * T;
     const real w[3] = {x->rate[0], x->rate[1], -RN_ALIGN_EARTH_RATE * rn_sin(s->latitude)};
     const real turn[3] = {-w[0] * T, -w[1] * T, -w[2] * T};
     exponential(turn, e);
@@ -185,8 +187,8 @@ static void transition(RN(align_filter) * f, const RN(align_setup) * s, const re
     for (int i = 0; i < 2; i++) {
         F[i][RN_ALIGN_RATE + i] = -T;
         F[RN_ALIGN_VELOCITY + i][RN_ALIGN_VELOCITY + i] = R(1.0);
+        F[RN_ALIGN_VELOCITY + i][RN_ALIGN_TURN + 1 - i] = i == 0 ? -fall : fall;
         for (int k = 0; k < 3; k++) {
-            F[RN_ALIGN_VELOCITY + i][RN_ALIGN_TURN + k] = -A[3 * i + k];
             F[RN_ALIGN_VELOCITY + i][RN_ALIGN_GYRO + k] = -CH[3 * i + k];
             F[RN_ALIGN_VELOCITY + i][RN_ALIGN_ACCEL + k] = -CJ[3 * i + k];
         }

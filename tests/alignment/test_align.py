@@ -125,6 +125,18 @@ def test_level_within_ten_arcminutes_soon():
     assert np.percentile(times, 95) < 25
 
 
+def test_a_tilt_is_not_told_from_a_large_bias_of_the_accelerometer():
+    """Two degrees of it: a base that hardly sways leaves them as they were, and the claim with them."""
+    setup, share = setup_of(COARSE, accel_bias_sd=0.35), []
+    for seed in range(12):
+        case = make_case(setup, 300 + seed, 40.0, "none")
+        said = run(case)
+        error = tilt_of(said.q_nb[-1:], case.q_nb[-1:])[0]
+        share.append(error @ error / (0.5 * np.trace(said.tilt_cov[-1])))
+    low, high = chi2.ppf([0.005, 0.995], 2 * 12) / 12
+    assert low < np.mean(share) < high
+
+
 def test_a_gap_in_the_reference_is_survived(fine_case):
     case = replace(fine_case, reference=fine_case.reference.copy())
     case.reference[300:400] = np.nan

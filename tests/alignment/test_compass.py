@@ -171,6 +171,13 @@ def test_gyros_that_find_north_find_the_error_of_the_compass_and_others_do_not()
     assert heading_sd > 11 * DEG and coarse > 11 * DEG
 
 
+def test_a_precise_compass_does_not_level():
+    """A tilt not known yet moves the bearing by more than the noise, in second order too."""
+    runs = 16
+    tilt, heading, *_ = nees(with_compass("fine", compass_sd=0.1 * DEG), "markov", 30.0, runs)
+    assert in_band(tilt, 2, runs) and in_band(heading, 1, runs)
+
+
 def spikes(field, rng):
     hit = rng.random(len(field)) < 0.2
     field[hit] = 50 * MICRO_TESLA * rng.standard_normal((hit.sum(), 3))
@@ -226,7 +233,8 @@ def test_a_compass_that_says_nothing_changes_nothing():
     bare = align(case.increments, case.reference, case.t, case.setup.without_compass())
     unused, silent = run(case, None), run(case, np.full((300, 3), nan))
     np.testing.assert_array_equal(unused.q_nb, bare.q_nb)
-    assert np.isnan(bare.compass_bias).all() and np.isnan(bare.compass_bias_sd).all()
+    for without in (bare, unused):
+        assert np.isnan(without.compass_bias).all() and np.isnan(without.compass_bias_sd).all()
     np.testing.assert_allclose(silent.q_nb, bare.q_nb, atol=1e-9)
     np.testing.assert_allclose(silent.compass_bias_sd[20:], 2 * DEG, rtol=1e-6)
     assert not silent.heading_observable.any()

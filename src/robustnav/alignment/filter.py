@@ -154,7 +154,9 @@ def core_transition(core: Core, setup: AlignSetup, reading: Array) -> tuple[Core
     F[:3, :3] = matrix_from_quat(earth)
     F[:3, GYRO:ACCEL] = -C @ J
     F[:2, RATE:COMPASS] = -T * np.eye(2)
-    F[VELOCITY:GYRO, :3] = -skew(a)[:2]
+    # At rest the specific force is that of gravity.  Were it taken less the bias found so far, what tilt and bias have
+    # in common would change with every reading, and the filter would claim to tell them apart.
+    F[VELOCITY:GYRO, :3] = -skew(np.array([0.0, 0.0, -setup.gravity * T]))[:2]
     F[VELOCITY:GYRO, GYRO:ACCEL] = (-C @ H)[:2]
     F[VELOCITY:GYRO, ACCEL:RATE] = (-C @ J)[:2]
     F[VELOCITY:GYRO, RATE:COMPASS] = 0.5 * T * skew(a)[:2, :2]
