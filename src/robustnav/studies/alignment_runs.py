@@ -194,9 +194,9 @@ def _invariant(work: Work, data: list[list[AlignmentData]]) -> list[dict[str, li
 
 def _filter(data: AlignmentData, estimator: UKF | HInfinity) -> Output:
     t, rows = data.velocity.t, data.increments.rows
-    begin = np.full((1, rows.shape[1]), np.nan)  # no increment ends at the start
     running = stream(estimator, start_of(data, estimator))
-    return running.run(np.append(0.0, t), np.vstack([begin, rows]), [SensorData(t, data.velocity.values)])
+    # The first row only sets the clock: no increment ends at the start.
+    return running.run(np.append(0.0, t), np.vstack([rows[:1], rows]), [SensorData(t, data.velocity.values)])
 
 
 def _additive(data: AlignmentData, output: Output) -> Followed:
