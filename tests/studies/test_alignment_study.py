@@ -228,6 +228,8 @@ def test_a_selection_runs_and_shows_no_more(tmp_path):
     study = alignment_study(SEEDS, selection=Selection((f"s-{START}-none",), ("ukf-r1",)))
     assert list(study.cases) == [f"s-{START}-none"] and list(study.cases[f"s-{START}-none"].figures) == ["ukf-r1"]
     assert goals(study) == [] and wind_rows(study) == bound_rows(study) == []
+    ours = alignment_study(SEEDS, selection=Selection((f"s-{START}-none",), (OURS,)))
+    assert bound_rows(ours) == [] and len(goals(ours)) == 1
     html = write_study(study, tmp_path, "x").read_text()
     assert "ukf-r1" in html and "hinf" not in html and "<figure>" not in html
     assert Selection((), ("hinf",)).steps(1) == 18

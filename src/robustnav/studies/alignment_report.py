@@ -90,11 +90,12 @@ def bound_rows(study: AlignmentStudy) -> list[dict[str, object]]:
     """Return a row a case and figure: ``align`` beside what it would be without the wind, and how much larger it is."""
     rows: list[dict[str, object]] = []
     for case in our_cases(study):
-        for figure, words in FIGURES.items():
+        bounds = [name for name in BOUNDS if name in study.cases[case].figures]
+        for figure, words in FIGURES.items() if bounds else ():
             if figure == "heading_deg" and not case.startswith("h"):
                 continue
             row: dict[str, object] = {"case": case, "figure": words, OURS: _pair(study, case, OURS, figure)}
-            for bound in (name for name in BOUNDS if name in study.cases[case].figures):
+            for bound in bounds:
                 ratios = {
                     part: value_of(study, case, OURS, figure, part) / value_of(study, case, bound, figure, part)
                     for part in ("median", "p95")
