@@ -14,7 +14,6 @@ from robustnav.alignment.filter import (
     Core,
     core_transition,
     inject,
-    left_jacobian,
     observation,
     predict,
     start,
@@ -79,15 +78,6 @@ def test_the_markov_part_is_stationary():
     _, F, Q = wind_transition(belief, 0.1)
     P = np.diag([0.25, 0.25])
     np.testing.assert_allclose(F @ P @ F.T + np.diag(Q), P, rtol=1e-12)
-
-
-@pytest.mark.parametrize("size", [0.0, 1e-8, 5e-3, 0.3, 2.0])
-def test_left_jacobian_is_that_of_the_logarithm(size):
-    theta = size * np.array([0.36, -0.48, 0.8])
-    for j in range(3):
-        e = 1e-6 * np.eye(3)[j]
-        turn = quat_multiply(quat_from_rotvec(theta + e), quat_conjugate(quat_from_rotvec(theta)))
-        np.testing.assert_allclose(left_jacobian(theta)[:, j], rotvec_from_quat(turn) / 1e-6, atol=2e-6)
 
 
 def test_injection_carries_the_covariance_to_the_new_attitude():

@@ -11,13 +11,21 @@ north, (cos, sin) east and the frequency of each line, then the Markov part 2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, exp, log, nan, pi, sin, sqrt
+from math import cos, exp, log, nan, pi, sin
 
 import numpy as np
 
 from robustnav.alignment.setting import AlignSetup, Wind
 from robustnav.earth import EARTH_RATE
-from robustnav.frames import Array, matrix_from_quat, quat_from_rotvec, quat_multiply, quat_normalize, skew
+from robustnav.frames import (
+    Array,
+    left_jacobian,
+    matrix_from_quat,
+    quat_from_rotvec,
+    quat_multiply,
+    quat_normalize,
+    skew,
+)
 
 TURN, VELOCITY, GYRO, ACCEL, RATE, COMPASS = 0, 3, 5, 8, 11, 13
 
@@ -219,18 +227,6 @@ def inject(belief: Belief, dx: Array) -> Belief:
     G = np.eye(len(dx))
     G[:3, :3] = left_jacobian(dx[:3])
     return replace(belief, core=core, d=belief.d + dx[common:], P=G @ belief.P @ G.T)
-
-
-def left_jacobian(rotvec: Array) -> Array:
-    """Return J_l (3, 3): Log(Exp(rotvec + e) Exp(-rotvec)) = J_l e for small e."""
-    S, square = skew(rotvec), float(rotvec @ rotvec)
-    if square < 1e-4:
-        first, second = 0.5 - square / 24, 1 / 6 - square / 120
-    else:
-        angle = sqrt(square)
-        first, second = (1 - cos(angle)) / square, (angle - sin(angle)) / (square * angle)
-    J: Array = np.eye(3) + first * S + second * S @ S
-    return J
 
 
 def _product(a: Array, b: Array) -> Array:
