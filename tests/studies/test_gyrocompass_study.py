@@ -1,16 +1,26 @@
 """The gyrocompass study on few seeds: what it must show, its bounds against independent ones, and what it refuses."""
 
+import json
 from dataclasses import replace
 from math import hypot, pi, sqrt, tan
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from robustnav.errors import InputError
 from robustnav.frames import quat_conjugate, quat_from_euler, quat_from_rotvec, quat_multiply, rotate
 from robustnav.strapdown.increments import Increments
 from robustnav.strapdown.static import Place
-from robustnav.studies.gyrocompass import afloat_rows, gyrocompass_study, results, standing_rows, steps_of
+from robustnav.studies.gyrocompass import (
+    afloat_rows,
+    gyrocompass_study,
+    outside_bands,
+    results,
+    standing_rows,
+    steps_of,
+)
+from robustnav.studies.gyrocompass_report import write_study
 from robustnav.studies.gyrocompass_runs import (
     GRADES,
     LATITUDE,
@@ -92,3 +102,26 @@ def test_bad_input_is_refused():
         gyrocompass_study(1)
     with pytest.raises(InputError, match="seed"):
         gyrocompass_study(2, -1)
+
+
+def test_cases_that_claim_too_much_are_named(study):
+    named = outside_bands(study)
+    assert all("NEES of" in line for line in named)
+    wrong = replace(study, standing=[replace(study.standing[0], heading_nees=50.0), *study.standing[1:]])
+    assert outside_bands(wrong) == [
+        f"0.01 deg/h, still, 60 s: NEES of heading 50.00, band up to {chi2.ppf(0.975, 2) / 2:.2f}",
+        *named,
+    ]
+    hidden = [replace(row, heading_nees=50.0) if not row.observable_share else row for row in study.afloat]
+    assert outside_bands(replace(study, afloat=hidden)) == named  # of what is not observable nothing is claimed
+
+
+def test_page_and_numbers_are_written(study, tmp_path):
+    page = write_study(study, tmp_path / "out", "robustnav demo gyrocompass --seeds 2")
+    found = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert found["study"] == "gyrocompass" and len(found["standing"]) == 12
+    html = page.read_text()
+    assert "robustnav demo gyrocompass --seeds 2" in html and html.count("<figure>") == 2
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="output folder"):
+        write_study(study, tmp_path / "file", "x")

@@ -164,6 +164,45 @@ def _peak_memory() -> str:
     return f", peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6:.0f} MB"
 
 
+@demo.command
+def gyrocompass(
+    *,
+    out: Path = Path("out/gyrocompass"),
+    seeds: int = 60,
+    seed: int = 0,
+    json: Flag = False,
+    quiet: Flag = False,
+) -> None:
+    """Run the gyrocompass study: north on a base at rest, and a compass where the gyros cannot find it.
+
+    Parameters
+    ----------
+    out
+        Folder for report.html and results.json.
+    seeds
+        Independent runs a case.
+    seed
+        The first of them.
+    json
+        Print results.json instead of tables.
+    quiet
+        No progress bar.
+    """
+    from robustnav.studies.gyrocompass import afloat_rows, gyrocompass_study, results, standing_rows, steps_of
+    from robustnav.studies.gyrocompass_report import write_study
+
+    with progress("gyrocompass study", steps_of(seeds), quiet=quiet) as step:
+        study = gyrocompass_study(seeds, seed, step)
+    page = write_study(study, out, f"robustnav demo gyrocompass --seeds {seeds} --seed {seed}")
+    if json:
+        say_json(results(study))
+        note(f"report: {page}")
+        return
+    say_table(f"At rest, {seeds} seeds a row", standing_rows(study))
+    say_table(f"A boat in the wind, after a minute, {seeds} seeds a row", afloat_rows(study))
+    say(f"\nreport: {page}")
+
+
 def simulate(
     *,
     motion: Motion = "case-one",

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 
-from robustnav.errors import InputError
 from robustnav.evaluate.consistency import chi_square_band
-from robustnav.evaluate.tables import plain
-from robustnav.files import write_whole
 from robustnav.report.drawing import Plot
 from robustnav.report.figures.alignment import disturbance, existence, misalignment, tilt_courses
 from robustnav.report.page import Level, Page, Tile
+from robustnav.report.results import write_results
 from robustnav.report.run_report import versions
 from robustnav.studies.alignment import AlignmentStudy, pair, rows_of, value_of
 from robustnav.studies.alignment_figures import AFTER, LASTING, TAIL
@@ -68,14 +65,7 @@ def write_study(study: AlignmentStudy, folder: str | Path, command: str) -> Path
     ------
     InputError : the folder is a file.
     """
-    folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
-    text = json.dumps(plain(results(study)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    html = page(study, command).html()
-    write_whole(folder / "results.json", text)
-    write_whole(folder / "report.html", html)
-    return folder / "report.html"
+    return write_results(folder, results(study), page(study, command))
 
 
 def goal_rows(study: AlignmentStudy) -> list[dict[str, object]]:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 
-from robustnav.errors import InputError
-from robustnav.evaluate.tables import plain
-from robustnav.files import write_whole
 from robustnav.frames import euler_from_quat
 from robustnav.records import Array, Run, Truth
 from robustnav.report import figures
 from robustnav.report.figures.comparison import Comparison
 from robustnav.report.page import Level, Page, Tile
+from robustnav.report.results import write_results
 from robustnav.report.run_report import versions
 from robustnav.run import H2
 from robustnav.sim.attitude_cases import assumptions
@@ -56,14 +53,7 @@ def page(study: AttitudeStudy, command: str) -> Page:
 
 def write_study(study: AttitudeStudy, folder: str | Path, command: str) -> Path:
     """Write ``results.json`` and ``report.html`` into a folder and return the page's path."""
-    folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
-    text = json.dumps(plain(results(study)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    html = page(study, command).html()
-    write_whole(folder / "results.json", text)
-    write_whole(folder / "report.html", html)
-    return folder / "report.html"
+    return write_results(folder, results(study), page(study, command))
 
 
 def worst_ratio(study: AttitudeStudy, case: str, protocol: str, name: str) -> float:

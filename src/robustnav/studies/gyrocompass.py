@@ -122,6 +122,26 @@ def results(study: GyrocompassStudy) -> dict[str, object]:
     }
 
 
+def outside_bands(study: GyrocompassStudy) -> list[str]:
+    """Return in words the cases whose mean NEES is above the 95 % band: they claim too much.
+
+    Of a heading that is not observable nothing is claimed.
+    """
+    highest = {"heading": chi_square_band(1, study.seeds)[1], "tilt": chi_square_band(2, study.seeds)[1]}
+    named: list[tuple[str, Standing | Afloat, bool]] = [
+        (f"{row.grade}, {row.base}, {row.seconds:.0f} s", row, True) for row in study.standing
+    ]
+    for one in study.afloat:
+        case = f"{one.grade}, {one.wind}, {'compass' if one.compass else 'no compass'}"
+        named.append((case, one, one.observable_share == 1.0))
+    words = []
+    for case, row, known in named:
+        for name, value in (("heading", row.heading_nees if known else 0.0), ("tilt", row.tilt_nees)):
+            if value > highest[name]:
+                words.append(f"{case}: NEES of {name} {value:.2f}, band up to {highest[name]:.2f}")
+    return words
+
+
 def standing_rows(study: GyrocompassStudy) -> list[dict[str, object]]:
     """Return a row a case of the base at rest."""
     return [

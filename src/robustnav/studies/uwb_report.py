@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
-from robustnav.errors import InputError
-from robustnav.evaluate.tables import plain
-from robustnav.files import write_whole
 from robustnav.report.figures.consistency import consistency_band
 from robustnav.report.figures.ranging_error import ranging_error
 from robustnav.report.figures.ranging_gates import ranging_gates
 from robustnav.report.figures.ranging_histogram import ranging_histogram
 from robustnav.report.figures.trajectory import Travelled, trajectory
 from robustnav.report.page import Level, Page, Tile
+from robustnav.report.results import write_results
 from robustnav.report.run_report import versions
 from robustnav.sim.quadcopter import assumptions
 from robustnav.sim.rig import hall
@@ -46,14 +43,7 @@ def write_study(study: UwbStudy, folder: str | Path, command: str) -> Path:
     ------
     InputError : the folder is a file.
     """
-    folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
-    text = json.dumps(plain(results(study)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    html = page(study, command).html()
-    write_whole(folder / "results.json", text)
-    write_whole(folder / "report.html", html)
-    return folder / "report.html"
+    return write_results(folder, results(study), page(study, command))
 
 
 def goal_rows(study: UwbStudy) -> list[dict[str, object]]:
