@@ -116,7 +116,8 @@ def streams(model, x):
     sensors = []
     for j, sensor in enumerate(model.sensors):
         own = np.sort(np.r_[9.9, 9.95, t[1], t[2], t[2], t[20::7], rng.uniform(10, t[-1] + 0.1, 15), t[-1]])
-        known = rng.uniform(-8, 8, (len(own), sensor.width - sensor.size))
+        most = [1.0 if block.unit == "rad/s" else 8.0 for block in sensor.known for _ in range(block.size)]
+        known = rng.uniform(-1, 1, (len(own), sensor.width - sensor.size)) * most
         exact = np.array([functions.measure(j, x, k) for k in known])
         z = np.hstack([exact + sensor.sd * rng.normal(size=exact.shape), known])
         z[[4, 9], 0] = np.nan

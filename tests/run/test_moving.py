@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from robustnav.datasheet.sensors import Imu, SensorSpec
+from robustnav.engine.backends import functions_of
 from robustnav.errors import EstimatorError, InputError
 from robustnav.frames import euler_from_quat, quat_from_euler, quat_from_matrix, rotate, rotation_error
 from robustnav.models import InertialNoise
@@ -28,6 +29,7 @@ IMU = Imu("made", SensorSpec(density=2**0.5 * 2e-4, random_walk=2e-6, turn_on_bi
           SensorSpec(density=2**0.5 * 2e-3, random_walk=1e-4, turn_on_bias_sd=0.15))  # fmt: skip
 ERRORS = ErrorSwitches(white_noise=True, random_walk=True, turn_on_bias=True)
 BOTH = GnssAiding(0.1, 1.5)
+ARM = (2.0, 0.0, -1.0)
 
 
 def recording(name, seed, receiver=Receiver(), duration=20.0, **kit):  # noqa: B008 - frozen
@@ -56,13 +58,14 @@ def found_at(said):
 def test_a_start_errs_as_it_says_at_any_attitude(aiding):
     settings, squares, tilts = MovingStart(tilt_sd=6 * DEG), [], []
     for seed in range(30):
-        states, log = recording("drone", seed, Receiver(10.0, 0.1, 0.3), 6.0)
+        states, log = recording("drone", seed, Receiver(10.0, 0.1, 0.3, lever_b=ARM), 6.0)
         turn = quat_from_euler(np.random.default_rng(seed).uniform(-3, 3, 3))  # the unit is mounted anyhow
         axes = {
             n: Stream(n, log.streams[n].t, rotate(turn, log.streams[n].values), log.streams[n].unit)
             for n in ("gyro", "accel")
         }
-        task = task_of(replace(log, streams={**log.streams, **axes}), replace(aiding, lever_b=(0.0, 0.0, 0.0)))
+        aiding = replace(aiding, lever_b=tuple(rotate(turn, np.array(ARM))))
+        task = task_of(replace(log, streams={**log.streams, **axes}), aiding)
         row = 290
         window = window_at(task, row, settings)
         C_nb = rotate(states.q_nb[row], rotate(turn * [1, -1, -1, -1], np.eye(3))).T
@@ -166,15 +169,42 @@ def test_a_filter_lost_by_a_knock_starts_again():
     assert not any("lost" in word for word in never.events)
 
 
-def test_a_late_receiver_is_moved_back_and_its_arm_is_known():
-    worse, better = [], []
-    arm = (2.0, 0.0, -1.0)
+@pytest.mark.parametrize("one", [GnssAiding(position_sd=0.2), GnssAiding(0.1)], ids=["position", "velocity"])
+def test_a_late_receiver_is_moved_back_and_its_arm_is_known(one):
+    worse, better, squares = [], [], []
     for seed in range(3):
-        states, log = recording("drone", seed, Receiver(position_sd=0.2, lever_b=arm, delay=0.2))
-        one = GnssAiding(position_sd=0.2)
-        worse.append(np.linalg.norm(errors(states, align_moving(log, UNIT, one))[-1]))
-        better.append(np.linalg.norm(errors(states, align_moving(log, UNIT, replace(one, lever_b=arm, delay=0.2)))[-1]))
+        states, log = recording("drone", seed, Receiver(position_sd=0.2, lever_b=ARM, delay=0.2))
+        for told, out in (
+            (one, worse),
+            (replace(one, delay=0.2), worse),
+            (replace(one, lever_b=ARM, delay=0.2), better),
+        ):
+            said = align_moving(log, UNIT, told)
+            out.append(np.linalg.norm(errors(states, said)[-1]))
+        squares.append((errors(states, said)[-1] / said.sd["q_nb"][-1]) ** 2)
     assert np.mean(better) < 0.5 * np.mean(worse) and max(better) < 3 * DEG
+    assert np.mean(squares) < 2.5  # of 9 numbers, expected 1
+
+
+def test_the_arm_is_turned_by_what_the_gyro_reads_without_its_bias():
+    states, log = recording("drone", 2, Receiver(1.0, lever_b=ARM), 6.0)
+    holes = log.streams["gyro"].values.copy()
+    at = log.streams["gnss_velocity"].t
+    holes[np.searchsorted(states.t, at[2]), 1] = np.nan  # the interval that holds the third reading
+    log = replace(log, streams={**log.streams, "gyro": replace(log.streams["gyro"], values=holes)})
+    told = replace(GnssAiding(0.1), lever_b=ARM)
+    streams = fused_streams(log, told)
+    model = moving_ekf(log, UNIT, told).model
+    x, bias = model.nominal_state(), np.array([0.01, -0.02, 0.03])
+    x[model.state_slices["gyro_bias"]] = bias
+    for k in (0, 1, 2, 3):
+        reading = streams["velocity"].values[k]
+        row = np.searchsorted(states.t, at[k]) + (k == 2)
+        np.testing.assert_array_equal(reading[6:], holes[row])
+        seen = functions_of(model).measure(model.sensor_index("velocity"), x, reading[3:])
+        np.testing.assert_allclose(seen, np.cross(holes[row] - bias, ARM), atol=1e-12)
+    late = replace(log, streams={**log.streams, "gnss_velocity": replace(log.streams["gnss_velocity"], t=at + 4.0)})
+    assert np.isnan(fused_streams(late, told)["velocity"].values[at + 4.0 > states.t[-1], 6:]).all()
 
 
 def test_one_reading_of_a_compass_is_all_it_tells():

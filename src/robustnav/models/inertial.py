@@ -52,8 +52,8 @@ def inertial(
     State ``q_nb``, ``v_n``, ``p_n``, ``gyro_bias``, ``accel_bias``; the attitude error is kept in navigation axes.
     Navigation axes are the anchors' or any level frame, z down.  Sensors, each optional and fused at its own time:
     ``range`` and ``tdoa`` (the anchors and the tag's lever arm travel with each reading), ``position`` (with the
-    antenna's lever arm), ``velocity``, ``height`` (metres up), ``level`` (specific force of a carrier at rest) and
-    ``heading`` of the body's forward axis (docs/ranging.md, section 2).
+    antenna's lever arm), ``velocity`` (with that and what the gyro reads then), ``height`` (metres up), ``level``
+    (specific force of a carrier at rest) and ``heading`` of the body's forward axis (docs/ranging.md, section 2).
 
     Parameters
     ----------
@@ -122,12 +122,13 @@ def _sensors(aiding: AidingNoise, biased: bool) -> tuple[Sensor, ...]:
         return Vector(f"{sensor}_lever_b", "m", frame="b")
 
     anchor, first, second = (Vector(f"p_{which}", "m") for which in ("anchor", "first", "second"))
+    rate = Vector("velocity_rate_b", "rad/s", frame="b")
     slot = (Vector("range_slot", "1", BIAS_SLOTS),) if biased else ()
     return (
         Sensor("range", "m", aiding.range_sd, 1, known=(anchor, *slot, lever("range"))),
         Sensor("tdoa", "m", aiding.range_sd * 2**0.5, 1, known=(first, second, lever("tdoa"))),
         Sensor("position", "m", aiding.position_sd, 3, known=(lever("position"),)),
-        Sensor("velocity", "m/s", aiding.velocity_sd, 3),
+        Sensor("velocity", "m/s", aiding.velocity_sd, 3, known=(lever("velocity"), rate)),
         Sensor("height", "m", aiding.height_sd, 1),
         Sensor("level", "m/s^2", aiding.level_sd, 3),
         Sensor("heading", "rad", aiding.heading_sd, 1, wraps=True),
@@ -166,7 +167,7 @@ def _equations(s: Symbols, *, biased: bool) -> Equations:
             "range": one,
             "tdoa": two,
             "position": s.p_n + C_nb * s.position_lever_b,
-            "velocity": s.v_n,
+            "velocity": s.v_n + C_nb * (s.velocity_rate_b - s.gyro_bias).cross(s.velocity_lever_b),
             "height": -s.p_n[2],
             "level": s.accel_bias - C_nb.T * gravity_n,
             "heading": sp.atan2(C_nb[1, 0], C_nb[0, 0]),

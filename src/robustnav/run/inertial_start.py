@@ -63,8 +63,11 @@ def check_start(headings: int, **positive: float) -> None:
             raise InputError(f"inertial start {name}", got=str(value), expected="a number above zero")
 
 
-def turned_to_last(task: Task, rows: IntArray) -> Array:
-    """Return the specific force (m, 3) [m/s^2] of whole rows, turned by the gyro to the body axes of the last one."""
+def turned_to_last(task: Task, rows: IntArray) -> tuple[Array, Array]:
+    """Return the specific force (m, 3) [m/s^2] of whole rows, turned to the body axes of the last one.
+
+    With it the quaternions (m, 4) from the body axes of each row to those of the last one, by the gyro.
+    """
     feed, names = task.feed, [b.name for b in task.estimator.model.inputs]
     gyro, accel = (feed.u[rows, 3 * k : 3 * k + 3] for k in (names.index("gyro"), names.index("accel")))
     steps = quat_from_rotvec(gyro[1:] * np.diff(feed.t[rows])[:, None])
@@ -73,7 +76,8 @@ def turned_to_last(task: Task, rows: IntArray) -> Array:
     while reach < len(back):  # products of all steps so far, twice as many each time
         back[reach:] = quat_multiply(back[:-reach], back[reach:])
         reach *= 2
-    return rotate(back[::-1], accel)
+    turns = back[::-1]
+    return rotate(turns, accel), turns
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,7 @@ class Level:
         if not rows.size:
             place = f"{seconds:g} s before {feed.t[row]:.3f} s"
             raise EstimatorError("no inertial reading to level on", place=place, expected="finite gyro and accel")
-        turned = turned_to_last(task, rows)
+        turned, _ = turned_to_last(task, rows)
         f_b = np.median(turned, axis=0)
         spread = float(np.sqrt(np.mean(np.sum((turned - f_b) ** 2, axis=1))))
         return cls(f_b, float(np.hypot(spread, np.linalg.norm(f_b) - task.estimator.model.parameters["gravity"])))

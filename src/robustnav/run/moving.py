@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from robustnav.errors import EstimatorError, InputError
-from robustnav.records import Log, Run, Stream
+from robustnav.records import Array, Log, Run, Stream
 from robustnav.run.feed import feed_of
 from robustnav.run.inertial_course import InertialCourse
 from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart, latitude_of, moving_ekf
@@ -92,14 +92,23 @@ def fused_streams(log: Log, aiding: GnssAiding) -> dict[str, Stream]:
     for name in SENSORS:
         if getattr(aiding, f"{name}_sd") is not None and f"gnss_{name}" in log.streams:
             one = _checked(log, f"gnss_{name}", _UNITS[name], 3)
-            levers = [np.tile(aiding.lever_b, (len(one), 1))] if name == "position" else []
-            streams[name] = Stream(name, one.t - aiding.delay, np.hstack([one.values, *levers]), one.unit, "n")
+            t, lever_b = one.t - aiding.delay, np.tile(aiding.lever_b, (len(one), 1))
+            rates = [_rate_at(streams["gyro"], t)] if name == "velocity" else []
+            streams[name] = Stream(name, t, np.hstack([one.values, lever_b, *rates]), one.unit, "n")
     if len(streams) == 2:
         expected = "gnss_velocity with a velocity_sd, or gnss_position with a position_sd"
         raise InputError("no GNSS to align with", place=log.source, got=", ".join(log.streams), expected=expected)
     if aiding.heading_sd is not None and "heading" in log.streams:
         streams["heading"] = _checked(log, "heading", "rad", 1)
     return streams
+
+
+def _rate_at(gyro: Stream, t: Array) -> Array:
+    """Return what the gyro reads (n, 3) over the intervals that hold times t (n,), NaN where no reading follows."""
+    whole = np.isfinite(gyro.values).all(axis=1)
+    k = np.searchsorted(gyro.t[whole], t)
+    read: Array = np.vstack([gyro.values[whole], np.full(gyro.values.shape[1], np.nan)])[k]
+    return read
 
 
 def _checked(log: Log, name: str, unit: str, width: int) -> Stream:

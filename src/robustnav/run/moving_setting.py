@@ -69,7 +69,7 @@ class GnssAiding:
     velocity_sd : of ``gnss_velocity`` on each axis [m/s], or None.
     position_sd : of ``gnss_position`` on each axis [m], or None.
     heading_sd : how far off a compass is, lastingly: only the first ``heading`` after the start is used [rad], or None.
-    lever_b : (3,) from the inertial unit to the antenna [m]; positions are corrected by it, velocities are not.
+    lever_b : (3,) from the inertial unit to the antenna [m].
     delay : how late the stamps of velocity and position are [s]; they are moved back by it.
 
     Raises

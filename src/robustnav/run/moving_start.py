@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from robustnav.filter.weighting import StudentT
-from robustnav.frames import Array, matrix_from_quat, quat_from_matrix, quat_from_rotvec, skew
+from robustnav.frames import Array, matrix_from_quat, quat_from_matrix, quat_from_rotvec, rotate, skew
 from robustnav.model.blocks import Model
 from robustnav.records import IntArray
 from robustnav.run.inertial_start import correlated, turned_to_last
@@ -141,13 +141,15 @@ def _with_drift(model: Model, Z: Array, drift: Array) -> Array:
 class _Force:
     """Specific force in the body axes at ``end`` [s], integrated from there back to times ``t`` (m,), zero at the end.
 
-    ``told`` (m, 3) is once for velocities and twice for positions, by sensor; ``up_b`` (3,) its direction.
+    ``told`` (m, 3) is once for velocities and twice for positions, by sensor; ``up_b`` (3,) its direction.  ``turns``
+    (m, 4) take the body axes of those times to those of the end.
     """
 
     end: float
     t: Array
     told: dict[str, Array]
     up_b: Array
+    turns: Array
 
 
 def _window(task: Task, row: int, seconds: float) -> Window | None:
@@ -175,11 +177,12 @@ def _integrated(task: Task, rows: IntArray) -> _Force | None:
     end = float(task.feed.t[rows[-1]])
     t = task.feed.t[rows] - end
     step = np.diff(t)[:, None]
-    rise = turned_to_last(task, rows)[1:] * step
+    turned, turns = turned_to_last(task, rows)
+    rise = turned[1:] * step
     s = np.vstack([-np.cumsum(rise[::-1], axis=0)[::-1], np.zeros(3)])
     x = np.vstack([-np.cumsum(((s[1:] + s[:-1]) / 2 * step)[::-1], axis=0)[::-1], np.zeros(3)])
     total = float(np.linalg.norm(s[0]))
-    return _Force(end, t, {"velocity": s, "position": x}, s[0] / -total) if total > 0 else None
+    return _Force(end, t, {"velocity": s, "position": x}, s[0] / -total, turns) if total > 0 else None
 
 
 def _rows(task: Task, name: str, force: _Force) -> Rows:
@@ -192,6 +195,7 @@ def _rows(task: Task, name: str, force: _Force) -> Rows:
     inside = (data.t > force.end + force.t[0]) & (data.t <= force.end) & np.isfinite(data.z).all(axis=1)
     at, z = data.t[inside] - force.end, data.z[inside, :3]
     along = np.array([np.interp(at, force.t, one) for one in force.told[name].T]).T
+    along += _arm(name, force.turns[np.searchsorted(force.t, at)], data.z[inside, 3:])
     up = along @ force.up_b
     one, zero = np.ones_like(at), np.zeros_like(at)
     A = np.stack([one, at, up] if name == "position" else [zero, one, up], axis=1)
@@ -200,6 +204,14 @@ def _rows(task: Task, name: str, force: _Force) -> Rows:
     aside = along - np.outer(up, force.up_b)
     spread = np.full(len(at), np.sum(aside**2) / max(len(at), 1) / 2)
     return Rows(A, z - np.outer(fallen, gravity_n), aside, np.full(len(at), model.sensors[j].sd ** 2), spread)
+
+
+def _arm(name: str, turns: Array, known: Array) -> Array:
+    """Return what the antenna's arm adds to readings, in the end's body axes; to places, what the arm has turned."""
+    lever_b = known[:, :3]
+    if name == "position":
+        return rotate(turns, lever_b) - lever_b
+    return rotate(turns, np.cross(known[:, 3:], lever_b))
 
 
 def _solved(A: Array, Y: Array, variances: Array) -> Fit:

@@ -18,7 +18,7 @@ from robustnav.run.moving import align_moving, fused_streams
 from robustnav.run.moving_setting import moving_ekf
 from robustnav.sim.moving import simulate_moving
 from robustnav.sim.moving_ways import way
-from robustnav.studies.moving_setting import DURATION, LATITUDE, RATE_HZ, TIMES, MovingScenario, scenarios
+from robustnav.studies.moving_setting import DURATION, LATITUDE, RATE_HZ, SECONDS, TIMES, MovingScenario, scenarios
 from robustnav.units import DEG
 
 LEAST_SEEDS = 4
@@ -45,8 +45,9 @@ class MovingOutcome:
     """Runs of one scenario.
 
     ``found`` (runs,) [s] from the recording's begin, NaN where the heading was not; ``wrong`` how many were found
-    wrong, ``restarts`` how often a filter was started again.  At ``TIMES``, NaN before a start: ``errors`` and ``peer``
-    (runs, times, 3) [rad] of the filter and of one started at the truth; ``squares`` errors squared over variances.
+    wrong, ``restarts`` how often a filter was started again.  At ``SECONDS``, NaN before a start: ``errors`` and
+    ``peer`` (runs, seconds, 3) [rad] of the filter and of one started at the truth; ``squares`` errors squared over
+    variances.
     """
 
     found: Array
@@ -56,12 +57,12 @@ class MovingOutcome:
     peer: Array
     squares: Array
 
-    def nees(self, k: int, axes: slice) -> Consistency:
-        """Return the consistency at the k-th time of attitude errors, each axis for itself, of runs that had begun.
+    def nees(self, second: float, axes: slice) -> Consistency:
+        """Return the consistency at one of ``SECONDS`` of attitude errors, axis by axis, of runs begun.
 
         The band is for 99 %, so that all of five times are inside with 95 %.
         """
-        values = self.squares[:, k, axes]
+        values = self.squares[:, SECONDS.index(second), axes]
         begun = values[np.isfinite(values)] if np.isfinite(values).any() else np.array([np.nan])
         return consistency(begun[:, None], 1, confidence=0.99)
 
@@ -75,10 +76,11 @@ class MovingOutcome:
             "wrong": float(self.wrong),
             "restarts": float(self.restarts),
         }
-        for k, t in enumerate(TIMES):
+        for t in TIMES:
+            k = SECONDS.index(t)
             tilt, heading = _rms(self.errors[:, k, :2]), _rms(self.errors[:, k, 2:])
             out |= {f"tilt_deg_{t:g}s": tilt, f"heading_deg_{t:g}s": heading}
-            out |= {f"nees_{what}_{t:g}s": self.nees(k, axes).mean for what, axes in AXES.items()}
+            out |= {f"nees_{what}_{t:g}s": self.nees(t, axes).mean for what, axes in AXES.items()}
             out[f"heading_over_peer_{t:g}s"] = heading / _rms(self.peer[:, k, 2:])
         return out
 
@@ -133,7 +135,7 @@ def _one(scenario: MovingScenario, seed: int) -> tuple[float, bool, int, Array, 
     states = way(scenario.way, seed, DURATION, RATE_HZ)
     log = simulate_moving(states, scenario.kit, latitude=LATITUDE, seed=seed)
     truth, said = states.truth("true"), align_moving(log, scenario.grade.unit, scenario.aiding)
-    errors, sd = _at_times(said, truth)
+    errors, sd = _at_seconds(said, truth)
     times = [float(word.split()[3]) for word in said.events if word.startswith("heading found")]
     found = times[0] if times else np.nan
     row = int(np.searchsorted(said.t, found)) if times else 0
@@ -143,7 +145,7 @@ def _one(scenario: MovingScenario, seed: int) -> tuple[float, bool, int, Array, 
 
 
 def _peer(scenario: MovingScenario, log: Log, truth: Truth, seed: int) -> Array:
-    """Return the errors at ``TIMES`` of the same filter, started at the truth but for the biases."""
+    """Return the errors at ``SECONDS`` of the same filter, started at the truth but for the biases."""
     aiding = replace(scenario.aiding, heading_sd=None)  # it needs no compass
     estimator = moving_ekf(log, scenario.grade.unit, aiding)
     model, rng = estimator.model, np.random.default_rng([seed, 17])
@@ -155,7 +157,7 @@ def _peer(scenario: MovingScenario, log: Log, truth: Truth, seed: int) -> Array:
     for name, sd in PEER_SD.items():
         e[model.error_slices[name]] = rng.normal(0, sd, 3)
     begun = replace(start, x=functions_of(model).inject(x, e))
-    return _at_times(run(estimator, replace(log, streams=fused_streams(log, aiding)), begun), truth)[0]
+    return _at_seconds(run(estimator, replace(log, streams=fused_streams(log, aiding)), begun), truth)[0]
 
 
 def _errors(said: Run, truth: Truth) -> Array:
@@ -163,10 +165,11 @@ def _errors(said: Run, truth: Truth) -> Array:
     return rotation_error(np.asarray(truth.q_nb)[rows], said.state["q_nb"])
 
 
-def _at_times(said: Run, truth: Truth) -> tuple[Array, Array]:
-    """Return attitude errors and their standard deviations (times, 3) at ``TIMES``, NaN before the start."""
-    rows = np.searchsorted(said.t, np.array(TIMES) - 1e-6)
-    begun = (np.array(TIMES) >= said.t[0])[:, None]
+def _at_seconds(said: Run, truth: Truth) -> tuple[Array, Array]:
+    """Return attitude errors and their standard deviations (seconds, 3) at ``SECONDS``, NaN before the start."""
+    seconds = np.array(SECONDS)
+    rows = np.searchsorted(said.t, seconds - 1e-6)
+    begun = (seconds >= said.t[0])[:, None]
     errors, sd = _errors(said, truth)[rows], said.sd["q_nb"][rows]
     return np.where(begun, errors, np.nan), np.where(begun, sd, np.nan)
 
@@ -184,7 +187,7 @@ def goals(study: MovingStudy) -> list[Goal]:
         out.append(_goal(f"{name}: share of headings found wrong or not at all", astray, MOST_ASTRAY))
         ratio = figures[f"heading_over_peer_{last}"]
         out.append(_goal(f"{name}: heading error over that of a filter that knew, {last}", ratio, MOST_OVER_PEER))
-        tests = [one.nees(k, AXES["heading"]) for k in range(len(TIMES))]
+        tests = [one.nees(t, AXES["heading"]) for t in TIMES]
         worst = float(np.nanmax([test.mean / test.high for test in tests]))
         out.append(_goal(f"{name}: largest heading NEES over its band", worst, 1.0))
     return out

@@ -16,7 +16,8 @@ from robustnav.units import DEG, DEG_PER_HOUR, DPS, MILLI_G
 RATE_HZ = 100.0
 DURATION = 60.0  # s
 LATITUDE = 47.0 * DEG
-TIMES = (5.0, 10.0, 20.0, 30.0, 50.0)  # s at which errors and covariances are compared
+TIMES = (5.0, 10.0, 20.0, 30.0, 50.0)  # s at which errors and covariances are judged
+SECONDS = tuple(float(t) for t in range(1, 60))  # at which they are drawn, TIMES among them
 VELOCITY_SD, POSITION_SD = 0.1, 1.5
 COMPASS_SD = 10.0 * DEG
 ERRORS = ErrorSwitches(white_noise=True, random_walk=True, turn_on_bias=True)
