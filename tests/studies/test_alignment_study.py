@@ -1,12 +1,14 @@
 """The alignment study on few seeds: its metrics by hand, what it must show, and the shape of what it writes."""
 
 import json
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from robustnav.alignment.setting import Wind
+from robustnav.cli import main
 from robustnav.errors import InputError
 from robustnav.evaluate.consistency import chi_square_band
 from robustnav.frames import matrix_from_quat, quat_from_euler, quat_from_rotvec, quat_multiply
@@ -136,7 +138,7 @@ def test_who_knows_the_wind_is_hardly_better(study):
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_floor_is_what_constant_biases_leave_without_any_noise(seed):
     """Where nothing errs but a bias, an estimator that knows the wind ends on the floor."""
     case, quiet = Case(f"h-{START}", "none").load(), SensorErrors(0.0, 0.0, 0.0, 1.0)
@@ -233,6 +235,20 @@ def test_a_selection_runs_and_shows_no_more(tmp_path):
     html = write_study(study, tmp_path, "x").read_text()
     assert "ukf-r1" in html and "hinf" not in html and "<figure>" not in html
     assert Selection((), ("hinf",)).steps(1) == 18
+
+
+def test_the_command_runs_a_selection_and_says_how_to_repeat_it(tmp_path, capsys):
+    chosen = ["--only", "align", "--only", "floor", "--case", f"h-{START}-none", "--seeds", str(SEEDS)]
+    assert main(["demo", "alignment", *chosen, "--out", str(tmp_path), "--json"]) == 0
+    told = capsys.readouterr()
+    shown = json.loads(told.out)
+    assert list(shown["scenarios"]) == [f"h-{START}-none"] and shown == json.loads(
+        (tmp_path / "results.json").read_text()
+    )
+    assert " s, peak memory" in told.err or sys.platform == "win32"
+    assert f"--only align --only floor --case h-{START}-none" in (tmp_path / "report.html").read_text()
+    assert main(["demo", "alignment", "--case", "h-10", "--out", str(tmp_path / "x")]) == 2
+    assert not (tmp_path / "x").exists() and f"h-{START}" in capsys.readouterr().err
 
 
 def test_bad_numbers_names_and_a_file_in_the_way_are_named(study, tmp_path):
