@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from robustnav.errors import InputError
 from robustnav.studies import moving
 from robustnav.studies.moving import error_rows, found_rows, goals, moving_study, results, steps_of
 from robustnav.studies.moving_recordings import moving_recordings
+from robustnav.studies.moving_report import GROUPS, page, write_study
 from robustnav.studies.moving_setting import TIMES, mems, scenarios, tactical
 
 DATA = os.environ.get("ROBUSTNAV_DATA")
@@ -82,3 +84,31 @@ def test_recorded_flights_of_a_simulator():
     assert ahead["nis"] < 1.2 < rows["ekf_gsf_reset.csv", 0.0]["nis"] and ahead["neighbours"] < 0.35
     climbs = rows["iris_gps.csv", 0.1]  # straight up and down: no heading can be told
     assert np.isnan(climbs["found_s"]) and climbs["heading_sd_deg"] > 10
+
+
+def test_the_page_shows_every_scenario_and_is_written_whole(study, tmp_path):
+    assert sorted(name for names in GROUPS.values() for name in names) == sorted(scenarios())
+    page = write_study(study, tmp_path / "out", "robustnav demo moving --seeds 5")
+    text = page.read_text()
+    for words in (
+        *CHOSEN,
+        "6 of 6 goals are met",
+        "robustnav demo moving --seeds 5",
+        "Error of heading",
+        "Expected 1; band",
+    ):
+        assert words in text
+    assert "Velocities or positions alone" not in text  # none of them ran
+    assert text.count("<figure>") == 2
+    assert json.loads((tmp_path / "out" / "results.json").read_text())["study"] == "moving"
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="output folder"):
+        write_study(study, tmp_path / "file", "")
+
+
+def test_a_missed_goal_is_said_first(study):
+    one = study.outcomes["drone, MEMS"]
+    off = replace(study, outcomes={"drone, MEMS": replace(one, squares=4 * one.squares, wrong=1)})
+    text = page(off, "").html()
+    assert "1 of 3 goals are met" in text and "Missed: drone, MEMS: largest heading NEES" in text
+    assert text.index("Missed") < text.index("When the heading is found")

@@ -17,6 +17,7 @@ from robustnav.cli import (
     benchmarks,
     designs,
     exports,
+    moving,
     ranging,
     ranging_survey,
     recordings,
@@ -35,6 +36,7 @@ app = App(
 simulate = App(name="simulate", help="Simulate a unit on a vehicle that turns, or on a carrier to align.")
 simulate.default(studies.simulate)
 simulate.command(alignment.simulate_alignment, name="alignment")
+studies.demo.command(moving.moving)
 app.command(studies.demo)
 app.command(recordings.doctor)
 app.command(simulate)
@@ -48,6 +50,7 @@ app.command(recordings.compare)
 app.command(benchmarks.benchmark)
 for one in uwb_benchmarks.COMMANDS:
     benchmarks.benchmark.command(one)
+benchmarks.benchmark.command(moving.benchmark_moving, name="moving")
 app.command(recordings.report)
 app.command(exports.export)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from robustnav.run.moving import align_moving, fused_streams
 from robustnav.run.moving_setting import moving_ekf
 from robustnav.sim.moving import simulate_moving
 from robustnav.sim.moving_ways import way
+from robustnav.studies.goals import Goal, goal
 from robustnav.studies.moving_setting import DURATION, LATITUDE, RATE_HZ, SECONDS, TIMES, MovingScenario, scenarios
 from robustnav.units import DEG
 
@@ -29,15 +29,6 @@ PEER_SD = {"q_nb": 0.1 * DEG, "v_n": 0.05, "p_n": 0.5}  # of a filter that start
 
 
 AXES = {"tilt": slice(0, 2), "heading": slice(2, 3)}
-
-
-class Goal(NamedTuple):
-    """What the study must show: a value and its limit; ``met`` where the value is not larger."""
-
-    name: str
-    value: float
-    limit: float
-    met: bool
 
 
 @dataclass(frozen=True)
@@ -72,9 +63,9 @@ class MovingOutcome:
         out = {
             "found_s": float(np.nanmedian(self.found)),
             "found_95_s": float(np.nanpercentile(self.found, 95)),
-            "not_found": float(np.isnan(self.found).sum()),
-            "wrong": float(self.wrong),
-            "restarts": float(self.restarts),
+            "not_found": int(np.isnan(self.found).sum()),
+            "wrong": self.wrong,
+            "restarts": self.restarts,
         }
         for t in TIMES:
             k = SECONDS.index(t)
@@ -182,14 +173,14 @@ def goals(study: MovingStudy) -> list[Goal]:
     """Return what the study must show, with its figures."""
     out = []
     for name, one in study.outcomes.items():
-        figures, last = one.figures, f"{TIMES[-1]:g}s"
+        figures, last = one.figures, f"{TIMES[-1]:g}"
         astray = (figures["wrong"] + figures["not_found"]) / study.seeds
-        out.append(_goal(f"{name}: share of headings found wrong or not at all", astray, MOST_ASTRAY))
-        ratio = figures[f"heading_over_peer_{last}"]
-        out.append(_goal(f"{name}: heading error over that of a filter that knew, {last}", ratio, MOST_OVER_PEER))
+        out.append(goal(f"{name}: share of headings found wrong or not at all", astray, MOST_ASTRAY))
+        ratio = figures[f"heading_over_peer_{last}s"]
+        out.append(goal(f"{name}: heading error over that of a filter that knew, {last} s", ratio, MOST_OVER_PEER))
         tests = [one.nees(t, AXES["heading"]) for t in TIMES]
         worst = float(np.nanmax([test.mean / test.high for test in tests]))
-        out.append(_goal(f"{name}: largest heading NEES over its band", worst, 1.0))
+        out.append(goal(f"{name}: largest heading NEES over its band", worst, 1.0))
     return out
 
 
@@ -206,7 +197,7 @@ def error_rows(study: MovingStudy) -> list[dict[str, object]]:
         figures = one.figures
         for t in TIMES:
             keys = ("tilt_deg", "heading_deg", "heading_over_peer", "nees_tilt", "nees_heading")
-            rows.append({"scenario": name, "t_s": t} | {key: figures[f"{key}_{t:g}s"] for key in keys})
+            rows.append({"scenario": name, "t_s": round(t)} | {key: figures[f"{key}_{t:g}s"] for key in keys})
     return rows
 
 
@@ -217,9 +208,5 @@ def results(study: MovingStudy) -> dict[str, object]:
         "seeds": study.seeds,
         "seed": study.seed,
         "scenarios": {name: one.figures for name, one in study.outcomes.items()},
-        "goals": [goal._asdict() for goal in goals(study)],
+        "goals": [one._asdict() for one in goals(study)],
     }
-
-
-def _goal(name: str, value: float, limit: float) -> Goal:
-    return Goal(name, value, limit, value <= limit)

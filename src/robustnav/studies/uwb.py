@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from robustnav.errors import InputError
 from robustnav.sim.quadcopter import assumptions
+from robustnav.studies.goals import Goal, goal
 from robustnav.studies.uwb_own import Bounded, Progress, run_bounded, run_coloured
 from robustnav.studies.uwb_runs import Outcome, run_doubtful, run_scenario, seeds_of
 from robustnav.studies.uwb_setting import HARD, doubtful, scenarios
@@ -16,15 +16,6 @@ OWN_FILTERS = 3 + 2  # of the two scenarios on tracks of the filters' own model
 PART_OF_DOUBT = 0.1  # share of the seeds for each layout that leaves doubt
 OWN, COLOURED = "own motion", "lasting errors"
 RECOVERING = ("outage", "kidnapped", "jump")
-
-
-class Goal(NamedTuple):
-    """What the study must show: a value and its limit; ``met`` where the value is not larger."""
-
-    name: str
-    value: float
-    limit: float
-    met: bool
 
 
 @dataclass(frozen=True)
@@ -76,25 +67,25 @@ def goals(study: UwbStudy) -> list[Goal]:
     own, figures = study.own.figures, {name: outcome.figures for name, outcome in study.scenarios.items()}
     clean = figures["clean"]["student"]
     out = [
-        _goal("EKF over its bound, Gaussian ranges", own["ekf"]["rmse_3d"] / own["bound"]["rmse_3d"], 1.1),
-        _goal("steps outside the NEES band, EKF", 1 - study.own.tests["ekf"].inside, 0.1),
-        _goal(
+        goal("EKF over its bound, Gaussian ranges", own["ekf"]["rmse_3d"] / own["bound"]["rmse_3d"], 1.1),
+        goal("steps outside the NEES band, EKF", 1 - study.own.tests["ekf"].inside, 0.1),
+        goal(
             "student over outlier-free, 20 % outliers",
             figures["outliers"]["student"]["rmse_3d"] / clean["rmse_3d"],
             1.5,
         ),
-        _goal("student, runs lost, 20 % outliers", figures["outliers"]["student"]["lost"], 0.0),
-        _goal(
+        goal("student, runs lost, 20 % outliers", figures["outliers"]["student"]["lost"], 0.0),
+        goal(
             "steps outside the NEES band, biased model, lasting errors", 1 - study.coloured.tests["biased"].inside, 0.1
         ),
     ]
     for name in RECOVERING:
         for method in ("gate", "student"):
             worst = figures[name][method].get("recovery_max_s", float("inf"))
-            out.append(_goal(f"{method}, slowest recovery, {name}, s", worst, 2.0))
-            out.append(_goal(f"{method}, runs lost, {name}", figures[name][method]["lost"], 0.0))
+            out.append(goal(f"{method}, slowest recovery, {name}, s", worst, 2.0))
+            out.append(goal(f"{method}, runs lost, {name}", figures[name][method]["lost"], 0.0))
     wrong = sum(row["wrong"] for name, row in study.doubtful.items() if name not in HARD)
-    return [*out, _goal("runs confidently wrong in doubtful layouts", wrong, 0.0)]
+    return [*out, goal("runs confidently wrong in doubtful layouts", wrong, 0.0)]
 
 
 def results(study: UwbStudy) -> dict[str, object]:
@@ -114,7 +105,7 @@ def results(study: UwbStudy) -> dict[str, object]:
             for name, one in ((OWN, study.own), (COLOURED, study.coloured))
         },
         "doubtful": study.doubtful,
-        "goals": [goal._asdict() for goal in goals(study)],
+        "goals": [one._asdict() for one in goals(study)],
         "assumptions": [a._asdict() for a in assumptions()],
     }
 
@@ -130,7 +121,3 @@ def rows_of(figures: dict[str, dict[str, float]]) -> list[dict[str, object]]:
 def doubt_rows(study: UwbStudy) -> list[dict[str, object]]:
     """Return a row a doubtful layout: how often it was refused, named, and confidently wrong."""
     return [{"layout": name, **row} for name, row in study.doubtful.items()]
-
-
-def _goal(name: str, value: float, limit: float) -> Goal:
-    return Goal(name, value, limit, value <= limit)

@@ -10,10 +10,9 @@ import numpy as np
 from robustnav.frames import Array, wrap_angle
 from robustnav.records import BoolArray
 from robustnav.report.drawing import Plot, band, caption, trace
+from robustnav.report.figures.courses import error_courses
 from robustnav.report.style import BAND_ALPHA, CYCLE, MUTED, REFERENCE, add_legend, label_time, label_value, new_figure
 from robustnav.units import ARCMIN, DEG, MILLI_G
-
-LINES = ("-", "--", ":")
 
 
 class RateUnit(NamedTuple):
@@ -32,20 +31,7 @@ def tilt_courses(t: Array, middle: Mapping[str, Array], high: Mapping[str, Array
     middle, high : by method (n,) [arcmin], positive; NaN where it said nothing.
     words : what was run, for the caption.
     """
-    figure, axes = new_figure(2, row_in=2.2)
-    fewer = False
-    for one, curves, label in zip(axes, (middle, high), ("Median tilt, arcmin", "95 % tilt, arcmin"), strict=True):
-        for k, (name, values) in enumerate(curves.items()):
-            said = ~np.isnan(values)
-            line = LINES[k % len(LINES)]
-            fewer |= trace(
-                one, t[said], values[said], label=name, color=CYCLE[k % len(CYCLE)], linestyle=line, linewidth=1.2
-            )
-        one.set_yscale("log")
-        label_value(one, label)
-    label_time(axes[-1])
-    add_legend(figure, axes[0])
-    return Plot(figure, caption([words], fewer))
+    return error_courses(t, middle, high, "tilt, arcmin", words)
 
 
 def misalignment(t: Array, tilt: Array, sd: Array, name: str, limit_arcmin: float = 30.0) -> Plot:
