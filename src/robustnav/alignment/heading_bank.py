@@ -82,7 +82,7 @@ def heading_bank(increments: Increments, velocity_n: ArrayLike, setup: AlignSetu
     if not 2 <= levelled <= judged <= len(increments) == len(z):
         got = f"{len(increments)} increments, {len(z)} readings"
         raise InputError("heading bank", got=got, expected=f"as many of both, {judged} at least")
-    place, runs = Place.at(setup.latitude), _Runs(increments, z, _estimator(setup, bank), setup)
+    place, runs = Place.at(setup.latitude), _Runs(increments, z, bank_estimator(setup, bank), setup)
     first = backtrack(
         wahba_attitude(increments.between(0, levelled), np.vstack([z[:1], z[:levelled]]), place),
         increments.between(0, levelled),
@@ -128,7 +128,8 @@ class _Runs:
         return backtrack(last[slices["q_nb"]], gone, place, last[slices["gyro_bias"]])
 
 
-def _estimator(setup: AlignSetup, bank: HeadingBank) -> EKF:
+def bank_estimator(setup: AlignSetup, bank: HeadingBank) -> EKF:
+    """Return the filter that a bank runs: attitude on SO(3) and the wind's lines."""
     noise = AlignmentNoise(
         gyro_density=setup.gyro_density,
         accel_density=setup.accel_density,

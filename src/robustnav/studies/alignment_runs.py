@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robustnav.alignment import align
+from robustnav.alignment.heading_bank import heading_bank
 from robustnav.alignment.riekf import InvariantStart, invariant_ekf
 from robustnav.engine.filters import Output, SensorData
 from robustnav.engine.strapdown import preintegrate
@@ -24,6 +25,7 @@ from robustnav.studies.alignment_setting import (
     OURS,
     UNIT,
     Case,
+    bank_of,
     estimators,
     setup_of,
     start_of,
@@ -127,13 +129,18 @@ def _run_part(work: Work, seeds: Sequence[int], detailed: bool, progress: Progre
     base = [simulate_alignment(work.cases[0].load(), seed, preintegrate) for seed in seeds]
     data = [[in_other_wind(one, case.load()) for one in base] for case in work.cases]
     invariant = _invariant(work, data)
-    # The wind is not in the bounds, and a start is not in what align gives.
+    # The wind is not in the bounds, and a start is not in what align and the bank give.
     bounds = {name: [bound(one) for one in base] for name, bound in LIMITS.items() if name in work.methods}
     ours: dict[str, Ours] = {}
+    banked: dict[str, list[Followed]] = {}
     out = []
     for case, runs, done in zip(work.cases, data, invariant, strict=True):
         if OURS in work.methods and case.wind not in ours:
             ours[case.wind] = _ours(case, runs)
+        if "bank" in work.methods_of(case):
+            if case.wind not in banked:
+                banked[case.wind] = [_banked(case, one) for one in runs]
+            done["bank"] = banked[case.wind]
         outcome = _run_case(work.methods_of(case), runs, ours.get(case.wind), done | bounds)
         out.append(outcome if detailed else replace(outcome, example=None))
         for _ in runs:
@@ -171,6 +178,11 @@ def _ours(case: Case, data: list[AlignmentData]) -> Ours:
     tilts = [fixed_winds(one) for one in data] if case.tried else [{}]
     fixed = {name: np.array([tilt[name] for tilt in tilts]) for name in tilts[0]}
     return Ours([aligned(*one) for one in zip(data, said, strict=True)], fixed, said[0].wind)
+
+
+def _banked(case: Case, data: AlignmentData) -> Followed:
+    run = heading_bank(data.increments, data.velocity.values, setup_of(data.scenario), bank_of(case))
+    return judged(data, run.q_nb, run.P)
 
 
 def _invariant(work: Work, data: list[list[AlignmentData]]) -> list[dict[str, list[Followed]]]:

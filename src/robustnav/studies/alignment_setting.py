@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from robustnav.alignment import AlignSetup
+from robustnav.alignment.heading_bank import HeadingBank
 from robustnav.alignment.riekf import Correction
 from robustnav.filter.ukf import Spread
 from robustnav.frames import Array, quat_from_rotvec, quat_multiply
@@ -46,12 +47,15 @@ METHODS = {
     "hinf": "the published filter: unscented, H-infinity, weight 1 m/s, gamma 5, L = I",
     "riekf": "right-invariant EKF, weight 1 m/s, first-order covariance transport",
     "riekf-lie": "the same, corrections and covariance along the group",
+    "bank": "twelve headings and backtracking over an EKF on SO(3), told the wind's frequencies; 15 or 60 s late",
     OURS: "robustnav.alignment.align: any heading, wind found online",
 }
 BOUNDS = {
     "told": "one filter of align, told the wind exactly: what remains is not the wind's doing",
     "floor": "the sensors' biases alone, averaged since the start: tilt from level force, heading from the east rate",
 }
+BANK_JUDGED = {"s": 15.0, "h": 60.0}  # s; fine gyros tell headings apart, but slowly
+BANK_WINDS = (PUBLISHED, "printed")  # it knows lines, of known frequency, and nothing else
 INVARIANT: dict[str, Correction] = {"riekf": "first order", "riekf-lie": "lie"}
 
 
@@ -77,8 +81,9 @@ class Case:
     @property
     def methods(self) -> tuple[str, ...]:
         """The methods and bounds that run: the rivals only in winds to compare in, at the scenario's latitude."""
-        rivals = METHODS if self.latitude_deg is None and self.wind in COMPARED else {OURS: METHODS[OURS]}
-        return (*rivals, *BOUNDS)
+        if self.latitude_deg is not None or self.wind not in COMPARED:
+            return (OURS, *BOUNDS)
+        return (*(name for name in METHODS if name != "bank" or self.wind in BANK_WINDS), *BOUNDS)
 
     @property
     def tried(self) -> bool:
@@ -124,6 +129,12 @@ def estimators(scenario: Scenario) -> dict[str, UKF | HInfinity]:
 def setup_of(scenario: Scenario) -> AlignSetup:
     """Return what ``align`` is told of a scenario: place and sensors, nothing of wind or start."""
     return AlignSetup.published(scenario.gyro.white_sd, scenario.accel.white_sd, scenario.latitude)
+
+
+def bank_of(case: Case) -> HeadingBank:
+    """Return the bank of headings that is told the frequencies of a case's wind."""
+    lines = tuple(line.frequency for line in case.load().wind[0].lines)
+    return HeadingBank(lines, judged=BANK_JUDGED[case.unit])
 
 
 def start_of(data: AlignmentData, estimator: UKF | HInfinity) -> Start:

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from robustnav.alignment import Alignment, align
+from robustnav.alignment.heading_bank import BankRun, HeadingBank, bank_estimator, heading_bank
 from robustnav.benchmark.callbacks import few
 from robustnav.benchmark.peer import require
 from robustnav.benchmark.timing import Contender, Entry, Work
@@ -16,12 +17,14 @@ from robustnav.engine.filters import Output, SensorData
 from robustnav.engine.strapdown import preintegrate
 from robustnav.frames import Array, quat_normalize
 from robustnav.run import EKF, UKF, HInfinity, Start, stream
-from robustnav.sim.alignment import AlignmentData, load_scenario, simulate_alignment
+from robustnav.sim.alignment import AlignmentData, simulate_alignment
 from robustnav.studies.alignment_errors import tilt_error
-from robustnav.studies.alignment_setting import SPREAD, estimators, setup_of, start_of
+from robustnav.studies.alignment_setting import PUBLISHED, SPREAD, Case, bank_of, estimators, setup_of, start_of
 from robustnav.units import DEG
 
 SEED, PERIOD = 1, 0.1  # s
+CASE = Case("s-10-10-60", PUBLISHED)
+LEAST_FOR_BANK = 200  # steps: it chooses after 15 s
 RIGHT, RIGHT_SOON, SOON = 1.0 * DEG, 15.0 * DEG, 500  # of tilt, also in fewer steps than SOON: it starts at 14 deg
 AGREE = 1e-9  # numbers of the state by filterpy's filter and by ours, over the steps that are timed
 
@@ -47,7 +50,7 @@ class Aligned:
 
 @lru_cache(maxsize=1)
 def _simulated() -> AlignmentData:
-    return simulate_alignment(load_scenario("s-10-10-60", "lines"), SEED, preintegrate)
+    return simulate_alignment(CASE.load(), SEED, preintegrate)
 
 
 def aligned(steps: int) -> Aligned:
@@ -96,6 +99,32 @@ def _filterpy(samples: int) -> Contender:
     return Contender(work, len(one), lambda x: float(np.abs(x - expected).max()) / AGREE)
 
 
+def _so3(samples: int, lines: tuple[float, ...]) -> Contender:
+    """Return the filter on SO(3) from the truth: it is timed, the bank below finds the truth."""
+    one = aligned(samples)
+    estimator = bank_estimator(setup_of(one.data.scenario), HeadingBank(lines))
+    running = stream(estimator, Start.at(estimator.model, {"q_nb": 1 * DEG}, q_nb=one.data.q_nb[0]))
+    x, P, _, elapsed = running.snapshot()
+    begin, readings = (x, P, 0.0, elapsed), [SensorData(one.t, one.z)]
+
+    def work() -> Output:
+        running.restore(begin)
+        return running.run(one.t, one.u, readings, covariance=False, innovations=False)
+
+    return Contender(work, len(one), lambda output: one.fault(output.x[-1, :4]))
+
+
+def _bank(samples: int) -> Contender:
+    one = aligned(max(samples, LEAST_FOR_BANK))
+    n, setup = len(one), setup_of(one.data.scenario)
+    increments, bank = one.data.increments.between(0, n), bank_of(CASE)
+
+    def work() -> BankRun:
+        return heading_bank(increments, one.z, setup, bank)
+
+    return Contender(work, n, lambda said: one.fault(said.q_nb[-1]))
+
+
 def _align(samples: int, backend: str) -> Contender:
     one = aligned(samples)
     n, setup = len(one), setup_of(one.data.scenario)
@@ -117,6 +146,8 @@ STEP = Work(
         "ukf": Entry(lambda n: _ours(n, "ukf")),
         "hinf": Entry(lambda n: _ours(n, "hinf")),
         "ekf": Entry(lambda n: _ours(n, "ekf")),
+        "ekf-so3": Entry(lambda n: _so3(n, ())),
+        "ekf-so3-lines": Entry(lambda n: _so3(n, (0.5, 1.0, 2.0))),
         "filterpy-ukf": Entry(_filterpy, needs="filterpy", baseline=True),
     },
 )
@@ -127,5 +158,6 @@ ALIGN = Work(
     {
         "align": Entry(lambda n: _align(n, "compiled")),
         "align-float": Entry(lambda n: _align(n, "compiled-float")),
+        "heading-bank": Entry(_bank),
     },
 )
