@@ -26,6 +26,8 @@ from robustnav.run.acquisition import Acquisition
 from robustnav.run.inclination import LevelH2
 from robustnav.run.inertial import run_inertial
 from robustnav.run.inertial_start import InertialStart
+from robustnav.run.moving import align_moving
+from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart
 from robustnav.run.recorded import Sensors, estimator_for, run_recorded
 from robustnav.run.tracking import ranging_ekf, track
 
@@ -41,15 +43,18 @@ __all__ = [
     "Equations",
     "EstimatorError",
     "Gate",
+    "GnssAiding",
     "HInfinity",
     "Huber",
     "InertialStart",
+    "InertialUnit",
     "Innovations",
     "InputError",
     "LevelH2",
     "Log",
     "MissingExtra",
     "Model",
+    "MovingStart",
     "Noise",
     "RangeDifferences",
     "Ranges",
@@ -65,6 +70,7 @@ __all__ = [
     "Symbols",
     "Truth",
     "Vector",
+    "align_moving",
     "alignment",
     "batch",
     "calibrate",
