@@ -200,3 +200,16 @@ def test_a_heading_near_south_does_not_jump():
     plot = heading_course(course().t, heading, np.full(N, 0.02), np.ones(N, bool), np.full(N, -3.1))
     for line in plot.figure.axes[0].get_lines():
         assert np.nanmax(np.asarray(line.get_ydata(), float)) - np.nanmin(line.get_ydata()) < 10
+
+
+def test_a_carrier_that_turns_round_is_drawn_without_a_jump():
+    t = np.linspace(0.0, 60.0, 601)
+    turned = 4 * np.pi * t / 60
+    for heading in (turned, -turned):
+        wrapped = np.angle(np.exp(1j * heading))
+        known = t > 5.0
+        plot = heading_course(t, np.where(known, wrapped, np.nan), np.full(601, 0.02), known, wrapped)
+        drawn = {line.get_label(): line.get_ydata() for line in plot.figure.axes[0].lines}
+        for name in ("Estimate", "True"):
+            assert np.nanmax(np.abs(np.diff(drawn[name]))) < 5.0
+            assert drawn[name][-1] == pytest.approx(np.degrees(wrapped[-1]), abs=1e-6)

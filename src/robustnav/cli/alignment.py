@@ -9,20 +9,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robustnav.cli.alignment_case import STAGES, recorded, scenario_of, simulated
+from robustnav.cli.alignment_moving import recorded_in_motion
 from robustnav.cli.alignment_options import (
     CARRIER,
     PART,
     REFERENCE,
+    SATELLITES,
     SIMULATED,
     Carrier,
     Part,
     Reference,
+    Satellites,
     Simulated,
 )
 from robustnav.cli.options import Flag
 from robustnav.cli.show import note, progress, say, say_json, say_settings, say_table
 from robustnav.errors import InputError
 from robustnav.units import DEG_PER_HOUR, MILLI_G
+
+Options = tuple[Carrier, Reference, Satellites, Part]
 
 if TYPE_CHECKING:
     from robustnav.report.alignment_course import Aligned
@@ -34,24 +39,28 @@ def align(
     *,
     carrier: Carrier = CARRIER,
     reference: Reference = REFERENCE,
+    satellites: Satellites = SATELLITES,
     part: Part = PART,
     simulated: Simulated = SIMULATED,
     out: Path | None = None,
     json: Flag = False,
     quiet: Flag = False,
 ) -> int:
-    """Find attitude and biases of a unit on a swaying base, from any heading and tilt, in a wind nobody knows.
+    """Find attitude and biases of a unit on a swaying base or in motion, from any heading and tilt.
 
-    Exits 3 when it never aligned, or is far off a truth.
+    Exits 3 when it never aligned, in motion when its heading was never found, or when it is far off a truth.
 
     Parameters
     ----------
     recording
-        PX4 .ulg, BROAD .mat or .csv with gyro and accelerometer, and a reference velocity north and east.
+        PX4 .ulg, BROAD .mat or .csv with gyro and accelerometer, and a reference velocity north and east, or with
+        --reference gnss streams gnss_velocity or gnss_position.
     carrier
         Where and what.
     reference
         What holds it down.
+    satellites
+        With --reference gnss: the receiver.
     part
         Which part.
     simulated
@@ -66,13 +75,12 @@ def align(
     from robustnav.report.alignment_course import judge
     from robustnav.report.alignment_report import document, write_alignment
 
+    given = carrier, reference, satellites, part
     with progress("aligning", STAGES, quiet=quiet) as step:
         if recording is None:
-            done = _simulated(
-                simulated, _told(carrier, CARRIER) + _told(reference, REFERENCE) + _told(part, PART), step
-            )
+            done = _simulated(simulated, _words(given), step)
         else:
-            done = _recorded(recording, (carrier, reference, part), simulated, step)
+            done = _recorded(recording, given, simulated, step)
     level, _, _ = judge(done)
     if out is not None:
         note(f"report: {write_alignment(done, out)}")
@@ -128,14 +136,24 @@ def _simulated(given: Simulated, told: list[str], step: Callable[[], None]) -> A
     return replace(done, command=shlex.join(["robustnav", "align", *_told(given, SIMULATED)]))
 
 
-def _recorded(
-    path: Path, options: tuple[Carrier, Reference, Part], given: Simulated, step: Callable[[], None]
-) -> Aligned:
+def _recorded(path: Path, options: Options, given: Simulated, step: Callable[[], None]) -> Aligned:
     if given != SIMULATED:
         raise InputError(f"option {_told(given, SIMULATED)[0]}", got="a recording", expected="no recording beside it")
-    told = [w for one, default in zip(options, (CARRIER, REFERENCE, PART), strict=True) for w in _told(one, default)]
-    done = recorded(path, *options, step)
-    return replace(done, command=shlex.join(["robustnav", "align", str(path), *told]))
+    carrier, reference, satellites, part = options
+    if reference.reference == "gnss":
+        done = recorded_in_motion(path, options, step)
+    elif satellites != SATELLITES:
+        option = _told(satellites, SATELLITES)[0]
+        raise InputError(f"option {option}", got=f"--reference {reference.reference}", expected="--reference gnss")
+    else:
+        done = recorded(path, carrier, reference, part, step)
+    return replace(done, command=shlex.join(["robustnav", "align", str(path), *_words(options)]))
+
+
+def _words(options: Options) -> list[str]:
+    """Return the options that are not as by default, as they are written."""
+    defaults = CARRIER, REFERENCE, SATELLITES, PART
+    return [word for one, default in zip(options, defaults, strict=True) for word in _told(one, default)]
 
 
 def _told(given: object, default: object) -> list[str]:

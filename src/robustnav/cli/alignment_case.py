@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from robustnav.alignment import Alignment, AlignSetup
     from robustnav.alignment.recording import Readings
     from robustnav.records import Array, Log, Truth
-    from robustnav.report.alignment_course import Against, Aligned
+    from robustnav.report.alignment_course import Against, Aligned, Course
     from robustnav.sim.alignment_scenario import Scenario
 
 STAGES = 3  # of the progress bar: read or simulate, cut, align
@@ -45,13 +45,13 @@ def recorded(path: Path, carrier: Carrier, given: Reference, part: Part, step: C
     start, stop = (-np.inf if part.start is None else part.start), (np.inf if part.stop is None else part.stop)
     readings = readings_of(log.between(start, stop), part.period, longest=part.longest)
     step()
-    base, sensors, assumed = _sensors(carrier, readings.rate_hz, latitude)
+    base, sensors, assumed = sensors_of(carrier, readings.rate_hz, latitude)
     setup = _setup(base, (latitude, height), log, given, part.period)
     said = ALIGN[given.reference](readings, setup)
     step()
     if given.reference == "zero":
         readings = replace(readings, reference=np.full_like(readings.reference, np.nan))
-    against = None if log.truth is None or log.truth.q_nb is None else _against(said, log.truth)
+    against = None if log.truth is None or log.truth.q_nb is None else against_truth(said, log.truth)
     events = (*readings.events, *assumed)
     about = {"sensors": sensors, "reference": given.reference, "height_m": height, "imu_rate_hz": readings.rate_hz}
     return _aligned(log.source, said, readings.reference, setup, against=against, events=events, about=about)
@@ -72,7 +72,7 @@ def simulated(given: Simulated, step: Callable[[], None]) -> Aligned:
     said = align(data.increments, readings, data.velocity.t, setup)
     step()
     truth = replace(
-        _against(said, data.truth),
+        against_truth(said, data.truth),
         gyro_bias=data.gyro_bias[:-1],
         accel_bias=data.accel_bias[:-1],
         wind=data.wind_n[:, :2],
@@ -143,7 +143,7 @@ def _place(log: Log, given: float | None, name: str) -> float:
     return float(own if given is None else given)  # type: ignore[arg-type]
 
 
-def _sensors(carrier: Carrier, rate_hz: float, latitude: float) -> tuple[AlignSetup, str, tuple[str, ...]]:
+def sensors_of(carrier: Carrier, rate_hz: float, latitude: float) -> tuple[AlignSetup, str, tuple[str, ...]]:
     """Return a setting that holds the sensors' numbers, their name, and what had to be assumed of them."""
     from robustnav import datasheet
     from robustnav.alignment.sensors import setup_of_grade, setup_of_imu
@@ -179,7 +179,7 @@ def _setup(base: AlignSetup, place: tuple[float, float], log: Log, given: Refere
     )
 
 
-def _against(said: Alignment, truth: Truth) -> Against:
+def against_truth(said: Course, truth: Truth) -> Against:
     """Hold an alignment against a truth's attitude; its heading only where that is from true north."""
     from robustnav.evaluate.reference import reference_at
     from robustnav.frames import euler_from_quat

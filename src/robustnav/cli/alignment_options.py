@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from robustnav.cli.options import Flag
 
-ReferenceName = Literal["velocity", "zero"]
+ReferenceName = Literal["velocity", "zero", "gnss"]
 
 
 @Parameter(name="*")
@@ -34,7 +34,7 @@ class Reference:
     """What holds the alignment down."""
 
     reference: ReferenceName = "velocity"
-    """The recording's stream velocity, or zero: a base at rest, nothing measured."""
+    """The recording's stream velocity; zero: a base at rest, nothing measured; gnss: a carrier in motion."""
     reference_sd: float = 0.05
     """White noise of a reading [m/s]; with zero, how much the base trembles."""
     compass: Flag = False
@@ -45,6 +45,25 @@ class Reference:
     """White noise of the compass [deg]."""
     compass_bias_sd: float = 5.0
     """Constant error of the compass [deg]: iron near it, mounting, declination."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Satellites:
+    """What is known of the receiver and the unit of a carrier in motion, with --reference gnss."""
+
+    velocity_sd: float | None = None
+    """Noise of a velocity on each axis [m/s]; default: what the receiver claims, if the recording states it."""
+    position_sd: float | None = None
+    """Noise of a position on each axis [m]; default: what the receiver claims, if the recording states it."""
+    lever: str | None = None
+    """From the unit to the antenna, forward, right, down [m], as in 0.3,-0.2,-0.5."""
+    delay: float = 0.0
+    """How late the receiver's stamps are [s]."""
+    gyro_bias_sd: float | None = None
+    """What a calibration leaves of the gyro's bias on each axis [deg/s]; default: that of --imu or --grade."""
+    accel_bias_sd: float | None = None
+    """What a calibration leaves of the accelerometer's bias on each axis [m/s^2]; default: that of --imu or --grade."""
 
 
 @Parameter(name="*")
@@ -77,4 +96,4 @@ class Simulated:
     """Fixes every random number."""
 
 
-CARRIER, REFERENCE, PART, SIMULATED = Carrier(), Reference(), Part(), Simulated()
+CARRIER, REFERENCE, SATELLITES, PART, SIMULATED = Carrier(), Reference(), Satellites(), Part(), Simulated()

@@ -33,9 +33,10 @@ app = App(
     version=__version__,
     result_action="return_value",
 )
-simulate = App(name="simulate", help="Simulate a unit on a vehicle that turns, or on a carrier to align.")
+simulate = App(name="simulate", help="Simulate a unit on a vehicle that turns, on a carrier to align, or in motion.")
 simulate.default(studies.simulate)
 simulate.command(alignment.simulate_alignment, name="alignment")
+simulate.command(moving.simulate_moving, name="moving")
 studies.demo.command(moving.moving)
 app.command(studies.demo)
 app.command(recordings.doctor)

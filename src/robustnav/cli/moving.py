@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
+from typing import Literal
 
 from robustnav.cli.options import Flag
 from robustnav.cli.show import note, progress, say, say_json, say_table
+from robustnav.units import DEG
+
+Case = Literal["car", "drone"]
 
 
 def moving(
@@ -66,3 +71,39 @@ def benchmark_moving(folder: Path, *, json: Flag = False) -> None:
         return
     say_table("Heading found in motion, beside the compass", rows)
     note("nis: of a velocity's component in the air, expected 1; neighbours: their largest correlation, expected 0")
+
+
+def simulate_moving(
+    *, case: Case = "car", seed: int = 1, duration: float = 60.0, out: Path = Path("out/moving.csv"), json: Flag = False
+) -> None:
+    """Simulate a car or a drone in motion with a MEMS unit and a satellite receiver; write a table with its truth.
+
+    Parameters
+    ----------
+    case
+        What moves.
+    seed
+        Fixes its way and every random number.
+    duration
+        How long [s].
+    out
+        The table.
+    json
+        Print what was written as JSON.
+    """
+    from robustnav.logs.table_write import write_table
+    from robustnav.sim import moving as sim
+    from robustnav.sim.moving_ways import way
+    from robustnav.studies.moving_setting import LATITUDE, POSITION_SD, RATE_HZ, VELOCITY_SD, scenarios
+
+    chosen = scenarios()[f"{case}, MEMS"]
+    states = way(chosen.way, seed, duration, RATE_HZ)
+    write_table(sim.simulate_moving(states, chosen.kit, latitude=LATITUDE, seed=seed), out)
+    if json:
+        say_json({"case": case, "seed": seed, "duration_s": duration, "file": str(out)})
+        return
+    say(f"{case}, seed {seed}: {duration:g} s at {RATE_HZ:g} Hz: {out}")
+    unit = chosen.grade.unit
+    left = f"--gyro-bias-sd {unit.gyro_bias_sd / DEG:g} --accel-bias-sd {unit.accel_bias_sd:g}"
+    receiver = f"--velocity-sd {VELOCITY_SD:g} --position-sd {POSITION_SD:g}"
+    note(f"next: robustnav align {shlex.quote(str(out))} --reference gnss --imu mpu9250 {left} {receiver}")

@@ -17,6 +17,7 @@ from robustnav.units import ARCMIN, DEG, DEG_PER_HOUR, DPS, MILLI_G
 
 RADIUS_95, ONE_AXIS_95 = 2.4477, 1.96  # of a plane and of a single normal distribution, in standard deviations
 TRUSTED = 0.9  # of the radius that the accelerometer's bias leaves: a base at rest can hardly tell more
+FAR_OFF = 4.0  # standard deviations of a heading: one in ten thousand by chance
 FAR_BEYOND = 1.5  # times the radius claimed: one in a thousand by chance
 FINE_GYRO = 1e-3 * DPS  # below, biases are shown in deg/h
 OPEN = 0.5  # rad, heading sd beyond which nothing is known
@@ -63,11 +64,11 @@ class Course(Protocol):
 
     @property
     def tilt_goal(self) -> float:
-        """Radius aimed at [rad]."""
+        """Radius aimed at [rad]; NaN where none is."""
 
     @property
     def aligned_at(self) -> float:
-        """When the radius was first within the goal [s]; NaN if never."""
+        """When the radius was first within the goal, or in motion the heading found [s]; NaN if never."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,15 @@ class Against:
 
 
 @dataclass(frozen=True)
+class Route:
+    """Where a carrier was [m]: ``p_n`` (n, 3), ``fixes`` (k, 3) of its receiver, ``p_true`` (m, 3) or None."""
+
+    p_n: Array
+    fixes: Array
+    p_true: Array | None = None
+
+
+@dataclass(frozen=True)
 class Aligned:
     """One alignment.
 
@@ -96,8 +106,9 @@ class Aligned:
     said : over time.
     reference : (n, 2) velocity readings north and east [m/s]; NaN where missing.
     gyro_bias_sd : one axis at the start [rad/s].
-    heading_floor : heading sd [rad] that this bias leaves on a base at rest.
-    tilt_floor : tilt sd [rad] that the accelerometer's bias leaves there.
+    heading_floor : heading sd [rad] that this bias leaves on a base at rest; NaN in motion.
+    tilt_floor : tilt sd [rad] that the accelerometer's bias leaves there; NaN in motion.
+    route : of a carrier in motion; None: it is moored or at rest.
     wind_words, wind : what disturbed the reference, in words and as numbers; empty where it was not looked for.
     against : the truth, or None.
     events, settings, command : what was left out, what is needed to repeat it.
@@ -112,6 +123,7 @@ class Aligned:
     wind_words: str = ""
     wind: Mapping[str, object] = field(default_factory=dict)
     against: Against | None = None
+    route: Route | None = None
     events: tuple[str, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
     command: str = ""
@@ -135,6 +147,14 @@ class Aligned:
 
 def judge(run: Aligned) -> tuple[Level, str, tuple[str, ...]]:
     """Return the verdict: ``error`` where it never aligned or the truth is far outside what it claims; its reasons."""
+    text, failures, doubts = _judge_moored(run) if run.route is None else _judge_moving(run)
+    if run.against is not None and run.against.tilt[-1] > FAR_BEYOND * run.said.tilt_radius[-1]:
+        failures.append(f"The tilt is off by {arcmin(run.against.tilt[-1])}, far more than claimed.")
+    level: Level = "error" if failures else "warning" if doubts else "ok"
+    return level, f"{text}; {heading_words(run)}.", (*failures, *doubts)
+
+
+def _judge_moored(run: Aligned) -> tuple[str, list[str], list[str]]:
     said, radius = run.said, run.said.tilt_radius[-1]
     goal = f"{said.tilt_goal / ARCMIN:g} arcmin"
     failures, doubts, floor = [], [], RADIUS_95 * run.tilt_floor
@@ -155,10 +175,22 @@ def judge(run: Aligned) -> tuple[Level, str, tuple[str, ...]]:
         )
     if matrix_from_quat(said.q_nb[-1])[2, 2] < 0:
         doubts.append("The unit stands upside down: is the accelerometer's sign that of specific force, -g when level?")
-    if run.against is not None and run.against.tilt[-1] > FAR_BEYOND * radius:
-        failures.append(f"The tilt is off by {arcmin(run.against.tilt[-1])}, far more than claimed.")
-    level: Level = "error" if failures else "warning" if doubts else "ok"
-    return level, f"{text}; {heading_words(run)}.", (*failures, *doubts)
+    return text, failures, doubts
+
+
+def _judge_moving(run: Aligned) -> tuple[str, list[str], list[str]]:
+    said, within = run.said, f"tilt within {arcmin(run.said.tilt_radius[-1])} with 95 %"
+    failures, doubts = [], []
+    if np.isnan(said.aligned_at):
+        text = f"heading never found in {run.duration:.1f} s; at the end {within}"
+        failures.append("It shows when the carrier speeds up, brakes or turns: it takes more of that.")
+    else:
+        text = f"heading found after {run.waited:.1f} s; at the end {within}"
+        if not said.heading_observable[-1]:
+            doubts.append("At the end the heading is no longer known as well as when it was found.")
+    if run.against is not None and abs(off := run.against.heading_error[-1]) > FAR_OFF * said.heading_sd[-1]:
+        failures.append(f"The heading is off by {off / DEG:.3g} deg, far more than claimed.")
+    return text, failures, doubts
 
 
 def heading_words(run: Aligned) -> str:
@@ -166,6 +198,8 @@ def heading_words(run: Aligned) -> str:
     said, floor = run.said, run.heading_floor
     if said.heading_observable[-1]:
         return f"heading {said.heading[-1] / DEG:.2f} deg, within {ONE_AXIS_95 * said.heading_sd[-1] / DEG:.2f} deg"
+    if run.route is not None:
+        return f"heading not known: its standard deviation is {said.heading_sd[-1] / DEG:.0f} deg"
     unit = gyro_unit(run.gyro_bias_sd)
     bias = f"{run.gyro_bias_sd / unit.size:.3g} {unit.name}"
     left = (

@@ -26,6 +26,7 @@ from robustnav.report.alignment_course import (
 )
 from robustnav.report.drawing import Plot
 from robustnav.report.figures.alignment import bias_courses, heading_course, tilt_radius, wind_course
+from robustnav.report.figures.route import route
 from robustnav.report.page import Page, Tile
 from robustnav.report.run_report import versions
 from robustnav.units import ARCMIN, DEG
@@ -72,7 +73,7 @@ def document(run: Aligned) -> dict[str, object]:
             "tilt_95_arcmin": said.tilt_radius[-1] / ARCMIN,
             "gyro_bias_rad_s": said.gyro_bias[-1],
             "accel_bias_m_s2": said.accel_bias[-1],
-            "wind_m_s": said.wind[-1],
+            **({"wind_m_s": said.wind[-1]} if run.route is None else {"p_n_m": run.route.p_n[-1]}),
         },
         "heading_observable": bool(said.heading_observable[-1]),
         "heading_floor_deg": run.heading_floor / DEG,
@@ -99,8 +100,11 @@ def alignment_table(run: Aligned) -> str:
         "heading_95_deg": ONE_AXIS_95 * heading / DEG,
         **{f"gyro_bias_{axis}_rad_s": said.gyro_bias[:, k] for k, axis in enumerate("xyz")},
         **{f"accel_bias_{axis}_m_s2": said.accel_bias[:, k] for k, axis in enumerate("xyz")},
-        **{f"wind_{axis}_m_s": said.wind[:, k] for k, axis in enumerate(("north", "east"))},
     }
+    if run.route is None:
+        columns |= {f"wind_{axis}_m_s": said.wind[:, k] for k, axis in enumerate(("north", "east"))}
+    else:
+        columns |= {f"p_n_{axis}_m": run.route.p_n[:, k] for k, axis in enumerate("xyz")}
     rows = np.column_stack(list(columns.values()))
     lines = (",".join("" if np.isnan(v) else repr(float(v)) for v in row) for row in rows)
     return ",".join(columns) + "\n" + "\n".join(lines) + "\n"
@@ -122,10 +126,14 @@ def page(run: Aligned) -> Page:
     )
     for plot in _attitude(run):
         out.figure(plot)
-    out.section("Reference velocity")
-    out.text(run.wind_words or "Not described: no reference velocity, or less than twelve seconds of it.")
-    if not np.isnan(run.reference).all():
-        out.figure(_wind(run))
+    if run.route is not None:
+        out.section("Route")
+        out.figure(route(run.route.p_n, run.route.fixes, run.route.p_true, "Where the carrier was, from above."))
+    else:
+        out.section("Reference velocity")
+        out.text(run.wind_words or "Not described: no reference velocity, or less than twelve seconds of it.")
+        if not np.isnan(run.reference).all():
+            out.figure(_wind(run))
     out.section("Biases")
     out.table(bias_rows(run), "At the end, body axes.")
     out.figure(_biases(run))
@@ -141,7 +149,8 @@ def page(run: Aligned) -> Page:
 def _tiles(run: Aligned) -> Iterator[Tile]:
     said, errors = run.said, truth_row(run)
     never = np.isnan(run.waited)
-    yield Tile("Aligned after", "never" if never else f"{run.waited:.1f}", "" if never else "s", "tilt goal met")
+    name, remark = ("Aligned after", "tilt goal met") if run.route is None else ("Heading found after", "of motion")
+    yield Tile(name, "never" if never else f"{run.waited:.1f}", "" if never else "s", remark)
     value, unit = arcmin(said.tilt_radius[-1]).split()
     yield Tile("Tilt within", value, unit, "95 %, at the end")
     if said.heading_observable[-1]:

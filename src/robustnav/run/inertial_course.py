@@ -19,6 +19,7 @@ from robustnav.run.smoothing import smooth as smooth_log
 from robustnav.run.task import Task
 from robustnav.units import DEG
 
+_FOUND = "heading found at"
 _LIKELY = 0.01  # share of a heading that is named among those left
 _MAX_GAP = 1.0  # a longer pause of the input [s] is named in the events
 
@@ -96,10 +97,15 @@ class InertialCourse:
         )
 
 
+def found_at(events: Sequence[str]) -> list[float]:
+    """Return the times [s] at which a run's events say that the heading was found, one a start at most."""
+    return [float(words.removeprefix(_FOUND).split()[0]) for words in events if words.startswith(_FOUND)]
+
+
 def _heading_words(t: Array, result: Search) -> str:
     best = int(np.argmax(result.shares))
     if result.found is not None:
-        return f"heading found at {t[result.found]:.2f} s: {result.headings[best] / DEG:.0f} deg"
+        return f"{_FOUND} {t[result.found]:.2f} s: {result.headings[best] / DEG:.0f} deg"
     left = sorted(round(h / DEG) for h, s in zip(result.headings, result.shares, strict=True) if s > _LIKELY)
     return f"heading not found by {t[result.end]:.2f} s, left: {', '.join(f'{h}' for h in left)} deg"
 

@@ -12,6 +12,7 @@ from robustnav.errors import InputError
 from robustnav.evaluate import Consistency, consistency
 from robustnav.frames import rotation_error
 from robustnav.records import Array, Log, Run, Truth
+from robustnav.run.inertial_course import found_at
 from robustnav.run.loop import Start, run
 from robustnav.run.moving import align_moving, fused_streams
 from robustnav.run.moving_setting import moving_ekf
@@ -127,7 +128,7 @@ def _one(scenario: MovingScenario, seed: int) -> tuple[float, bool, int, Array, 
     log = simulate_moving(states, scenario.kit, latitude=LATITUDE, seed=seed)
     truth, said = states.truth("true"), align_moving(log, scenario.grade.unit, scenario.aiding)
     errors, sd = _at_seconds(said, truth)
-    times = [float(word.split()[3]) for word in said.events if word.startswith("heading found")]
+    times = found_at(said.events)
     found = times[0] if times else np.nan
     row = int(np.searchsorted(said.t, found)) if times else 0
     off = float(np.abs(_errors(said, truth)[row, 2]))

@@ -11,6 +11,7 @@ from robustnav.frames import euler_from_quat
 from robustnav.logs import read
 from robustnav.models.inertial import InertialNoise
 from robustnav.records import Innovations
+from robustnav.run.inertial_course import found_at
 from robustnav.run.moving import align_moving
 from robustnav.run.moving_setting import GnssAiding, InertialUnit
 from robustnav.units import DEG
@@ -54,7 +55,7 @@ def moving_recordings(folder: Path) -> list[dict[str, object]]:
         for delay in DELAYS:
             said = align_moving(log, UNIT, replace(AIDING, delay=delay))
             k = int(np.searchsorted(said.t, flight.judged))
-            times = [float(word.split()[3]) for word in said.events if word.startswith("heading found")]
+            times = found_at(said.events)
             nis, neighbours = _white(said.innovations["velocity"], flight)
             rows.append(
                 {

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robustnav.frames import Array, wrap_angle
+from robustnav.frames import Array
 from robustnav.records import BoolArray
 from robustnav.report.drawing import Plot, band, caption, trace
 from robustnav.report.figures.courses import error_courses
@@ -92,7 +92,7 @@ def tilt_radius(t: Array, radius: Array, goal: float, error: Array | None = None
     ----------
     t : (n,) times [s].
     radius : (n,) 95 % [rad]; NaN where nothing was said.
-    goal : [rad].
+    goal : [rad]; NaN: none.
     error : (n,) size of the true error [rad], NaN where there is no truth.
     """
     figure, (axes,) = new_figure(1, row_in=2.6)
@@ -106,7 +106,9 @@ def tilt_radius(t: Array, radius: Array, goal: float, error: Array | None = None
         words.append(
             f"The true error is within it in {share:.1f} % of the readings; neighbouring ones are not independent."
         )
-    axes.axhline(goal / ARCMIN, color=CYCLE[1], linestyle="--", linewidth=1.2, label=f"Goal, {goal / ARCMIN:g} arcmin")
+    if not np.isnan(goal):
+        words_of_goal = f"Goal, {goal / ARCMIN:g} arcmin"
+        axes.axhline(goal / ARCMIN, color=CYCLE[1], linestyle="--", linewidth=1.2, label=words_of_goal)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter("{x:g}")
     label_value(axes, "Tilt, arcmin")
@@ -126,23 +128,25 @@ def heading_course(t: Array, heading: Array, sd: Array, observable: BoolArray, t
     true : (n,) [rad], NaN where there is no truth.
     """
     figure, (axes,) = new_figure(1, row_in=2.6)
-    last, fewer = heading[-1] if observable.any() else 0.0, False
-    near = (last + wrap_angle(heading - last)) / DEG  # no jump at half a turn
+    near, middle, fewer = np.full(len(t), np.nan), 0.0, False
+    if observable.any():
+        middle = heading[observable][-1] / DEG
+        turned = np.unwrap(heading[observable]) / DEG  # no jump at half a turn
+        near[observable] = turned - turned[-1] + middle
     for first, after in _runs(~observable):
         edges = t[first], t[min(after, len(t) - 1)]
         axes.axvspan(*edges, color=MUTED, alpha=BAND_ALPHA, linewidth=0, label="Not observable")
     if observable.any():
         seen, wide = near[observable], 2 * sd[observable] / DEG
         fewer |= band(axes, t[observable], seen - wide, seen + wide, "±2 sd claimed")
-        line = {"color": CYCLE[0], "linewidth": 1.2, "label": "Estimate"}
-        fewer |= trace(axes, t[observable], seen, turn=360.0, **line)
+        fewer |= trace(axes, t[observable], seen, color=CYCLE[0], linewidth=1.2, label="Estimate")
     if true is not None and not np.isnan(true).all():
         known = ~np.isnan(true)
-        truth = (last + wrap_angle(true - last)) / DEG
-        fewer |= trace(axes, t[known], truth[known], turn=360.0, label="True", color=REFERENCE, linewidth=1.0)
+        truth = np.unwrap(true[known]) / DEG
+        truth += 360.0 * np.round((middle - truth[-1]) / 360.0)
+        fewer |= trace(axes, t[known], truth, label="True", color=REFERENCE, linewidth=1.0)
     axes.set_xlim(t[0], t[-1])
     half = _heading_half(near, sd / DEG) if observable[-1] else 190.0
-    middle = near[-1] if observable.any() else 0.0
     axes.set_ylim(middle - half, middle + half)
     label_value(axes, "Heading, deg")
     label_time(axes)
