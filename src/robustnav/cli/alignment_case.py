@@ -32,7 +32,7 @@ def recorded(path: Path, carrier: Carrier, given: Reference, part: Part, step: C
 
     log = read(path, part.mapping)
     step()
-    latitude = _place(log, carrier.latitude, "latitude_deg") * DEG
+    latitude = place_of(log, carrier.latitude, "latitude_deg") * DEG
     height = carrier.height if carrier.height is not None else float(log.info.get("height_m", 0.0))
     if given.reference == "velocity" and "velocity" not in log.streams:
         raise InputError(
@@ -53,7 +53,7 @@ def recorded(path: Path, carrier: Carrier, given: Reference, part: Part, step: C
         readings = replace(readings, reference=np.full_like(readings.reference, np.nan))
     against = None if log.truth is None or log.truth.q_nb is None else against_truth(said, log.truth)
     events = (*readings.events, *assumed)
-    about = {"sensors": sensors, "reference": given.reference, "height_m": height, "imu_rate_hz": readings.rate_hz}
+    about = {"sensors": sensors, "reference": given.reference, "height_m": height, "imu_rate_hz": round(readings.rate_hz, 6)}
     return _aligned(log.source, said, readings.reference, setup, against=against, events=events, about=about)
 
 
@@ -132,7 +132,7 @@ def _field(readings: Readings, setup: AlignSetup) -> Array | None:
     return None if setup.declination is None else readings.field_b
 
 
-def _place(log: Log, given: float | None, name: str) -> float:
+def place_of(log: Log, given: float | None, name: str) -> float:
     """Return a number of the place [deg]: the one given, or else the recording's own."""
     own = log.info.get(name)
     if given is None and not isinstance(own, float | int):
@@ -173,7 +173,7 @@ def _setup(base: AlignSetup, place: tuple[float, float], log: Log, given: Refere
     log.stream("mag")
     return replace(
         setup,
-        declination=_place(log, given.declination, "declination_deg") * DEG,
+        declination=place_of(log, given.declination, "declination_deg") * DEG,
         compass_sd=given.compass_sd * DEG,
         compass_bias_sd=given.compass_bias_sd * DEG,
     )
