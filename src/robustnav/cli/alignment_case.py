@@ -53,7 +53,8 @@ def recorded(path: Path, carrier: Carrier, given: Reference, part: Part, step: C
         readings = replace(readings, reference=np.full_like(readings.reference, np.nan))
     against = None if log.truth is None or log.truth.q_nb is None else against_truth(said, log.truth)
     events = (*readings.events, *assumed)
-    about = {"sensors": sensors, "reference": given.reference, "height_m": height, "imu_rate_hz": round(readings.rate_hz, 6)}
+    rate_hz = round(readings.rate_hz, 6)
+    about = {"sensors": sensors, "reference": given.reference, "height_m": height, "imu_rate_hz": rate_hz}
     return _aligned(log.source, said, readings.reference, setup, against=against, events=events, about=about)
 
 
