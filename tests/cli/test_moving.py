@@ -57,6 +57,19 @@ def test_recorded_flights_are_told(capsys):
     assert [one["found_s"] is None for one in flights] == [False, False, True, True]  # one flight tells no heading
 
 
+@pytest.mark.skipif(not DATA, reason="set ROBUSTNAV_DATA to the folder with px4/")
+def test_a_recorded_compass_is_heard_where_the_flight_is_silent(capsys):
+    flight = Path(DATA or ".") / "px4" / "iris_gps.csv"
+    words = [*UNIT, "--velocity-sd", 0.1, "--position-sd", 0.5, "--stop", 15]
+    alone = told(capsys, "align", flight, *words, code=3)
+    heard = told(capsys, "align", flight, *words, "--compass", "--declination", 2.8, code=3)
+    assert not any("mag" in event for event in alone["events"])
+    assert any("mag readings fused as a heading" in event for event in heard["events"])
+    assert heard["settings"]["heading sd [rad]"] == pytest.approx(0.2618, abs=1e-4)
+    assert main(["align", str(flight), *map(str, words), "--compass"]) == 2
+    assert "--declination" in capsys.readouterr().err
+
+
 def told(capsys, *arguments, code=0):
     capsys.readouterr()
     assert main([*map(str, arguments), "--json"]) == code
@@ -142,7 +155,8 @@ def test_a_heading_far_from_the_truth_is_exit_3(car, tmp_path, capsys):
         (["--imu", "mpu9250", "--velocity-sd", "0"], ["velocity_sd", "above zero"]),
         (["--imu", "mpu9250", *RECEIVER, "--lever", "1,2"], ["--lever", "0.3,-0.2,-0.5"]),
         (["--imu", "mpu9250", *RECEIVER, "--lever", "1,2,nan"], ["lever", "finite"]),
-        (["--imu", "mpu9250", *RECEIVER, "--compass"], ["--compass", "not used in motion"]),
+        (["--imu", "mpu9250", *RECEIVER, "--compass"], ["no stream 'mag'"]),
+        (["--imu", "mpu9250", *RECEIVER, "--compass-sd", "5"], ["--compass-sd", "--heading-sd"]),
         (["--imu", "mpu9250", *RECEIVER, "--longest"], ["--longest"]),
         (["--imu", "mpu9250", *RECEIVER, "--period", "0"], ["--period"]),
         (["--imu", "mpu9250", *RECEIVER, "--start", "99"], ["'gyro'", "0 samples"]),

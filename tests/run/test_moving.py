@@ -14,6 +14,7 @@ from robustnav.records import Stream
 from robustnav.run.feed import feed_of
 from robustnav.run.loop import Start, run
 from robustnav.run.moving import align_moving, fused_streams
+from robustnav.run.moving_compass import with_compass
 from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart, moving_ekf
 from robustnav.run.moving_start import moving_starts, window_at
 from robustnav.run.task import Task
@@ -219,6 +220,68 @@ def test_one_reading_of_a_compass_is_all_it_tells():
     assert abs(last) < min(3 * DEG, abs(off)) and abs(last) < 4 * said.sd["q_nb"][-1, 2]
 
 
+def with_mag(states, log, wrong=0.0, dip=65 * DEG, declination=10 * DEG):
+    """Add a magnetometer on the carrier, its field turned about the vertical by ``wrong`` [rad]."""
+    azimuth = declination + wrong
+    field_n = 5e-5 * np.array([np.cos(dip) * np.cos(azimuth), np.cos(dip) * np.sin(azimuth), np.sin(dip)])
+    field_b = rotate(states.q_nb * [1, -1, -1, -1], np.tile(field_n, (len(states.t), 1)))
+    return replace(log, streams={**log.streams, "mag": Stream("mag", states.t, field_b, "T")})
+
+
+def test_a_magnetometer_is_a_compass_that_can_be_outvoted():
+    told = replace(BOTH, heading_sd=15 * DEG, declination=10 * DEG)
+    early, late, lasting = [], [], []
+    for seed in range(12):
+        states, log = recording("car", seed)
+        said = align_moving(with_mag(states, log), UNIT, told)
+        assert len(said.innovations["heading"].t) == 1
+        assert any(word.startswith("1 of 1001 mag readings fused as a heading") for word in said.events)
+        k = np.searchsorted(said.t, 2.0)
+        early.append(errors(states, said)[k, 2])
+        late.append(errors(states, said)[-1, 2])
+        assert said.sd["q_nb"][k, 2] < 45 * DEG
+        off = align_moving(with_mag(states, log, wrong=120 * DEG), UNIT, told)
+        lasting.append(errors(states, off)[-1, 2] / off.sd["q_nb"][-1, 2])
+    assert np.sqrt(np.mean(np.square(early))) < 15 * DEG and np.sqrt(np.mean(np.square(late))) < 3 * DEG
+    assert np.max(np.abs(lasting)) < 4  # a compass that is wrong by far is outvoted
+
+
+def test_a_magnetometer_is_levelled_however_it_is_mounted():
+    told, row = replace(BOTH, heading_sd=15 * DEG, declination=10 * DEG), 100
+    for seed, angles in enumerate(([0.9, 0.4, 0.0], [-2.0, 0.3, 1.0], [3.0, -0.5, -2.0])):
+        states, log = recording("car", seed, duration=6.0)
+        turn = quat_from_euler(np.array(angles))
+        log = with_mag(states, log)
+        axes = {
+            n: replace(log.streams[n], values=rotate(turn, log.streams[n].values)) for n in ("gyro", "accel", "mag")
+        }
+        log = replace(log, streams={**log.streams, **axes})
+        task = task_of(log, told)
+        heard, _ = with_compass(task, log, told, (row, window_at(task, row, MovingStart())))
+        C_nb = rotate(states.q_nb[row], rotate(turn * [1, -1, -1, -1], np.eye(3))).T
+        true = euler_from_quat(quat_from_matrix(C_nb))[2]
+        (reading,) = heard.log.streams["heading"].values
+        assert abs(np.angle(np.exp(1j * (reading[0] - true)))) < 15 * DEG
+
+
+def test_a_compass_that_is_not_there_is_named():
+    states, log = recording("drone", 1, duration=6.0)
+    told = replace(BOTH, heading_sd=15 * DEG, declination=0.0)
+    full = with_mag(states, log)
+    gone = replace(full.streams["mag"], values=np.full((len(states.t), 3), np.nan))
+    steep = with_mag(states, log, dip=88 * DEG)
+    for one, words in (
+        (log, "no mag stream"),
+        (replace(full, streams={**full.streams, "mag": gone}), "no mag reading after"),
+        (steep, "too steep"),
+    ):
+        said = align_moving(one, UNIT, told)
+        assert any(word.startswith(words) or words in word for word in said.events), said.events
+        assert "heading" not in said.innovations
+    silent = align_moving(full, UNIT, BOTH)  # no sd, no compass
+    assert "heading" not in silent.innovations and not any("mag" in word for word in silent.events)
+
+
 def test_the_earths_rate_counts_for_a_unit_that_feels_it():
     fine = InertialUnit(InertialNoise(1e-6, 3e-4, 2e-9, 1e-6), 0.1 * DEG_PER_HOUR, MILLI_G)
     imu = Imu("fine", SensorSpec(density=1.4e-6, turn_on_bias_sd=fine.gyro_bias_sd), SensorSpec(density=4e-4))
@@ -269,6 +332,8 @@ def test_what_cannot_be_is_refused():
         (GnssAiding, {}),
         (GnssAiding, {"velocity_sd": 0.0}),
         (GnssAiding, {"velocity_sd": 1.0, "lever_b": (0.0, float("nan"), 0.0)}),
+        (GnssAiding, {"velocity_sd": 1.0, "declination": 0.1}),
+        (GnssAiding, {"velocity_sd": 1.0, "heading_sd": 0.1, "declination": 10.0}),
         (MovingStart, {"headings": 3}),
         (MovingStart, {"window": 0.0}),
         (MovingStart, {"latitude": 2.0}),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robustnav.cli.alignment_case import against_truth, sensors_of
+from robustnav.cli.alignment_case import against_truth, place_of, sensors_of
 from robustnav.cli.alignment_options import REFERENCE, Carrier, Part, Reference, Satellites
 from robustnav.errors import InputError
 from robustnav.units import DEG
@@ -39,6 +39,10 @@ def recorded_in_motion(
     log = log.between(start, stop)
     step()
     aiding, claimed = _aiding(log, satellites)
+    if reference.compass:
+        log.stream("mag")
+        declination = place_of(log, reference.declination, "declination_deg") * DEG
+        aiding = replace(aiding, heading_sd=satellites.heading_sd * DEG, declination=declination)
     unit, sensors, assumed = _unit(log, carrier, satellites)
     step()
     settings = MovingStart()
@@ -62,12 +66,12 @@ def recorded_in_motion(
 
 def _refuse(reference: Reference, part: Part) -> None:
     """Refuse options that say nothing of a carrier in motion."""
-    for name in ("reference_sd", "compass", "declination", "compass_sd", "compass_bias_sd"):
+    for name in ("reference_sd", "compass_sd", "compass_bias_sd"):
         if getattr(reference, name) != getattr(REFERENCE, name):
             raise InputError(
                 f"option --{name.replace('_', '-')}",
                 got="--reference gnss",
-                expected="--velocity-sd and --position-sd; the magnetometer is not used in motion",
+                expected="--velocity-sd, --position-sd and --heading-sd",
             )
     if part.longest:
         raise InputError("option --longest", got="--reference gnss", expected="a gap in motion is bridged, not cut")

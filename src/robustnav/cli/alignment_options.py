@@ -60,6 +60,8 @@ class Satellites:
     """From the unit to the antenna, forward, right, down [m], as in 0.3,-0.2,-0.5."""
     delay: float = 0.0
     """How late the receiver's stamps are [s]."""
+    heading_sd: float = 15.0
+    """With --compass: how far off the magnetometer's heading is, lastingly [deg]."""
     gyro_bias_sd: float | None = None
     """What a calibration leaves of the gyro's bias on each axis [deg/s]; default: that of --imu or --grade."""
     accel_bias_sd: float | None = None

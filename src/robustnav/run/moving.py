@@ -10,6 +10,7 @@ from robustnav.errors import EstimatorError, InputError
 from robustnav.records import Array, Log, Run, Stream
 from robustnav.run.feed import feed_of
 from robustnav.run.inertial_course import InertialCourse
+from robustnav.run.moving_compass import with_compass
 from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart, latitude_of, moving_ekf
 from robustnav.run.moving_start import SENSORS, Window, moving_starts, window_at
 from robustnav.run.task import Task
@@ -44,7 +45,7 @@ def align_moving(
     Parameters
     ----------
     log : streams ``gyro`` and ``accel`` of common times; ``gnss_velocity`` [m/s] or ``gnss_position`` [m], or both, in
-        level axes north-east-down; ``heading`` [rad] of the forward axis.  Missing readings are NaN.
+        level axes north-east-down; ``heading`` [rad] of the forward axis, or ``mag``.  Missing readings are NaN.
     unit : the inertial unit.
     aiding : what is known of the readings; those without a standard deviation are not used.
     settings : how to start and restart; None: the defaults.
@@ -68,12 +69,12 @@ def align_moving(
     news = {model.sensor_index(n): np.ones(len(fused.streams[n])) for n in SENSORS if n in fused.streams}
     task = Task(estimator, fused, feed, news, backend)
     row, window = _first(task, settings)
-    task = _with_one_heading(task, row)
+    task, compass = with_compass(task, log, aiding, (row, window))
     course = InertialCourse(task, settings.found_sd, task.nothing_said())
     _set_out(course, (row, window), (aiding, settings), "started")
     while settings.restart and (lost := _lost(course, settings)) is not None:
         _set_out(course, lost, (aiding, settings), "lost and started again")
-    course.events += _words(task, log, aiding, settings)
+    course.events += [*_words(task, log, aiding, settings), *compass]
     return course.report(task.with_silent(), {"headings": settings.headings}, smooth=smooth)
 
 
@@ -139,19 +140,6 @@ def _first(task: Task, settings: MovingStart) -> tuple[int, Window]:
     )
 
 
-def _with_one_heading(task: Task, row: int) -> Task:
-    """Return the task with the first whole heading after a row alone: a compass errs by the same again and again."""
-    if "heading" not in task.log.streams:
-        return task
-    one, model = task.log.streams["heading"], task.estimator.model
-    later = np.flatnonzero((one.t > task.feed.t[row]) & np.isfinite(one.values[:, 0]))[:1]
-    log = replace(
-        task.log, streams={**task.log.streams, "heading": replace(one, t=one.t[later], values=one.values[later])}
-    )
-    news = {**task.news, model.sensor_index("heading"): np.ones(len(later))}
-    return replace(task, log=log, feed=feed_of(model, log), news=news)
-
-
 def _lost(course: InertialCourse, settings: MovingStart) -> tuple[int, Window] | None:
     """Return the next row at which readings disagree with the filter but not with the inertial unit, or None."""
     task, leg, last = course.task, course.legs[-1], -np.inf
@@ -190,8 +178,6 @@ def _words(task: Task, log: Log, aiding: GnssAiding, settings: MovingStart) -> l
         t = one.t[np.isfinite(one.values).all(axis=1)]
         gaps = np.flatnonzero(np.diff(t) > _SILENCE)[:20]
         out += [f"no gnss_{name} from {t[k]:.2f} to {t[k + 1]:.2f} s" for k in gaps]
-    if aiding.heading_sd is not None and "heading" in log.streams:
-        out.append(f"1 of {len(log.streams['heading'])} heading readings fused: a compass errs lastingly")
     if latitude_of(log, settings.latitude) is None:
         out.append("no latitude: standard gravity, the Earth's rate left out")
     return out

@@ -69,6 +69,7 @@ class GnssAiding:
     velocity_sd : of ``gnss_velocity`` on each axis [m/s], or None.
     position_sd : of ``gnss_position`` on each axis [m], or None.
     heading_sd : how far off a compass is, lastingly: only the first ``heading`` after the start is used [rad], or None.
+    declination : from true to magnetic north, east positive [rad]: without a ``heading`` the first ``mag`` is one.
     lever_b : (3,) from the inertial unit to the antenna [m].
     delay : how late the stamps of velocity and position are [s]; they are moved back by it.
 
@@ -80,6 +81,7 @@ class GnssAiding:
     velocity_sd: float | None = None
     position_sd: float | None = None
     heading_sd: float | None = None
+    declination: float | None = None
     lever_b: tuple[float, float, float] = (0.0, 0.0, 0.0)
     delay: float = 0.0
 
@@ -89,6 +91,9 @@ class GnssAiding:
         for name in ("velocity_sd", "position_sd", "heading_sd"):
             if (value := getattr(self, name)) is not None:
                 _positive(f"GNSS {name}", value)
+        if self.declination is not None and not (self.heading_sd and abs(self.declination) <= radians(180)):
+            got = f"declination {self.declination} rad, heading_sd {self.heading_sd}"
+            raise InputError("GNSS declination", got=got, expected="-pi to pi rad, and a heading_sd beside it")
         if np.shape(self.lever_b) != (3,) or not np.isfinite([*self.lever_b, self.delay]).all():
             got = f"lever {self.lever_b}, delay {self.delay}"
             raise InputError("GNSS lever_b and delay", got=got, expected="three finite metres and finite seconds")
