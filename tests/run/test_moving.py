@@ -257,7 +257,9 @@ def test_a_magnetometer_is_levelled_however_it_is_mounted():
         }
         log = replace(log, streams={**log.streams, **axes})
         task = task_of(log, told)
-        heard, _ = with_compass(task, log, told, (row, window_at(task, row, MovingStart())))
+        heard, _ = with_compass(
+            task, log, told, (row, moving_starts(task, window_at(task, row, MovingStart()), told, 24))
+        )
         C_nb = rotate(states.q_nb[row], rotate(turn * [1, -1, -1, -1], np.eye(3))).T
         true = euler_from_quat(quat_from_matrix(C_nb))[2]
         (reading,) = heard.log.streams["heading"].values
@@ -265,7 +267,7 @@ def test_a_magnetometer_is_levelled_however_it_is_mounted():
 
 
 def test_a_compass_that_is_not_there_is_named():
-    states, log = recording("drone", 1, duration=6.0)
+    states, log = recording("car", 1, duration=6.0)
     told = replace(BOTH, heading_sd=15 * DEG, declination=0.0)
     full = with_mag(states, log)
     gone = replace(full.streams["mag"], values=np.full((len(states.t), 3), np.nan))

@@ -69,7 +69,8 @@ def align_moving(
     news = {model.sensor_index(n): np.ones(len(fused.streams[n])) for n in SENSORS if n in fused.streams}
     task = Task(estimator, fused, feed, news, backend)
     row, window = _first(task, settings)
-    task, compass = with_compass(task, log, aiding, (row, window))
+    starts = moving_starts(task, window, aiding, settings.headings)
+    task, compass = with_compass(task, log, aiding, (row, starts))
     course = InertialCourse(task, settings.found_sd, task.nothing_said())
     _set_out(course, (row, window), (aiding, settings), "started")
     while settings.restart and (lost := _lost(course, settings)) is not None:

@@ -94,14 +94,9 @@ def window_at(task: Task, row: int, settings: MovingStart) -> Window | None:
 def moving_starts(task: Task, window: Window, aiding: GnssAiding, headings: int) -> list[Start]:
     """Return a start for each heading, with the errors it has in common with the others."""
     m = window.fit.up_n / np.linalg.norm(window.fit.up_n)
-    straight, spacing = tilted(window), 2 * np.pi / headings
+    straight, spacing = _shortest_turn(window.up_b, m), 2 * np.pi / headings
     turns = [matrix_from_quat(quat_from_rotvec(k * spacing * m)) for k in range(headings)]
     return [_start(task, window, aiding, turn @ straight, spacing / 2) for turn in turns]
-
-
-def tilted(window: Window) -> Array:
-    """Return an attitude (3, 3) of the window's tilt, body to navigation, with any heading."""
-    return _shortest_turn(window.up_b, window.fit.up_n / np.linalg.norm(window.fit.up_n))
 
 
 def _start(task: Task, window: Window, aiding: GnssAiding, C_nb: Array, heading_sd: float) -> Start:
