@@ -42,6 +42,7 @@ examples: $(DEV)
 
 # The C under every warning, and the sanitizers over kernel and extension.
 native: $(DEV)
+	@$(MAKE) --no-print-directory -j2 -C tests/native models
 	@$(MAKE) --no-print-directory -C tests/native PYTHON='$(CURDIR)/$(BIN)/python'
 
 wheel: $(DEV)
