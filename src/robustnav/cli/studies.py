@@ -83,8 +83,9 @@ def uwb(
     quiet
         No progress bar.
     """
-    from robustnav.studies.uwb import COLOURED, OWN, doubt_rows, results, rows_of, steps_of, uwb_study
-    from robustnav.studies.uwb_report import goal_rows, write_study
+    from robustnav.studies.goals import goal_rows
+    from robustnav.studies.uwb import COLOURED, OWN, doubt_rows, goals, results, rows_of, steps_of, uwb_study
+    from robustnav.studies.uwb_report import write_study
 
     with progress("ranging study", steps_of(seeds), quiet=quiet) as step:
         study = uwb_study(seeds, seed, step)
@@ -97,7 +98,7 @@ def uwb(
     for name, figures in (tables | {k: v.figures for k, v in study.scenarios.items()}).items():
         say_table(f"{name[0].upper()}{name[1:]}", rows_of(figures))
     say_table("Layouts that leave doubt", doubt_rows(study))
-    say_table("Goals", goal_rows(study))
+    say_table("Goals", goal_rows(goals(study)))
     say(f"\nreport: {page}")
 
 

@@ -9,11 +9,12 @@ from robustnav.report.figures.ranging_error import ranging_error
 from robustnav.report.figures.ranging_gates import ranging_gates
 from robustnav.report.figures.ranging_histogram import ranging_histogram
 from robustnav.report.figures.trajectory import Travelled, trajectory
-from robustnav.report.page import Level, Page, Tile
+from robustnav.report.page import Page, Tile
 from robustnav.report.results import write_results
 from robustnav.report.run_report import versions
 from robustnav.sim.quadcopter import assumptions
 from robustnav.sim.rig import hall
+from robustnav.studies.goals import goal_rows, goal_verdict
 from robustnav.studies.uwb import UwbStudy, doubt_rows, doubtful_seeds, goals, results, rows_of
 from robustnav.studies.uwb_runs import SHARE_OF_WRONG, seeds_of
 from robustnav.studies.uwb_setting import FLIGHT, scenarios
@@ -46,17 +47,9 @@ def write_study(study: UwbStudy, folder: str | Path, command: str) -> Path:
     return write_results(folder, results(study), page(study, command))
 
 
-def goal_rows(study: UwbStudy) -> list[dict[str, object]]:
-    """Return a row a goal."""
-    return [{"goal": g.name, "value": g.value, "limit": g.limit, "met": "yes" if g.met else "no"} for g in goals(study)]
-
-
 def _verdict(out: Page, study: UwbStudy) -> None:
     aims = goals(study)
-    missed = [g for g in aims if not g.met]
-    level: Level = "warning" if missed else "ok"
-    words = f"{len(aims) - len(missed)} of {len(aims)} goals are met."
-    out.verdict(level, words, [f"Missed: {g.name}: {g.value:.3g}, limit {g.limit:.3g}." for g in missed])
+    goal_verdict(out, aims)
     own, flight = study.own.figures, study.scenarios[FLIGHT].figures
     kidnapped = study.scenarios["kidnapped"].figures
     out.tiles(
@@ -70,7 +63,7 @@ def _verdict(out: Page, study: UwbStudy) -> None:
             Tile("runs", str(study.seeds), "a scenario", "independent seeds"),
         ]
     )
-    out.table(goal_rows(study), "What the study must show.")
+    out.table(goal_rows(aims), "What the study must show.")
 
 
 def _flight(out: Page, study: UwbStudy) -> None:
