@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-enum { LINES = RN_ALIGN_BANK, LEVELS = 5, VELOCITY_AT = 4, REFERENCE = RN_ALIGN_VELOCITY_AT };
+enum { LINES = RN_ALIGN_BANK, LEVELS = 5, RECENTRES = 3, REFERENCE = RN_ALIGN_VELOCITY_AT };
 
 static const real LEVEL_TIME = R(2.0);   /* s before the filters start */
 static const real FIRST_TIME = R(12.0);  /* s of record needed to tell a slow wind from a tilt */
@@ -14,6 +14,9 @@ static const real MEMORY = R(60.0);      /* s, forgetting of likelihood */
 static const real BROAD_SD = R(0.5);     /* m/s: winds below it have no say before FIRST_TIME */
 static const real REFIT_UNTIL = R(40.0); /* s: until then new lines always replace the old */
 static const real ABSENT = R(1e9);       /* oddness of a missing reading */
+static const real COARSE = R(1e-3);      /* rad/s: gyro biases beyond it are taken off the record as soon as they are known */
+static const real RECENTRE_TIME[] = {R(5.0), R(12.0), R(30.0)};
+static const real ANCHOR_TIME = R(60.0), ANCHOR_EVERY = R(30.0); /* s */
 static const real HEALTHY = R(2.6);      /* smoothed misfit, 2 expected */
 
 /* Winds of the bank: Markov sd [m/s] and time [s], and the log of how much rarer they are.  The first
@@ -28,35 +31,6 @@ static int steps(const RN(align) * a, real time) { return (int)(time / a->setup.
 static const real *reading_at(const RN(align) * a, int k) { return a->record[k % RN_ALIGN_RECORD]; }
 
 static int missing(const real *reading) { return !(reading[REFERENCE] + reading[REFERENCE + 1] < R(1e9)); }
-
-/* The attitude that makes the mean specific force point up, with the least turn. */
-void RN(align_level)(const real *readings, int count, real *q0)
-{
-    real q[4] = {R(1.0), R(0.0), R(0.0), R(0.0)}, sum[3] = {R(0.0)}, slope[3] = {R(0.0)};
-    for (int k = 0; k < count; k++) {
-        const real *DQ = readings + k * RN_ALIGN_READING, *u = DQ + VELOCITY_AT;
-        const real w = q[0], x = q[1], y = q[2], z = q[3];
-        const real t[3] = {R(2.0) * (y * u[2] - z * u[1]), R(2.0) * (z * u[0] - x * u[2]), R(2.0) * (x * u[1] - y * u[0])};
-        sum[0] += u[0] + w * t[0] + y * t[2] - z * t[1];
-        sum[1] += u[1] + w * t[1] + z * t[0] - x * t[2];
-        sum[2] += u[2] + w * t[2] + x * t[1] - y * t[0];
-        /* Least-squares slope of the sums at the ends of the periods, the start included. */
-        const real lever = (real)(k + 1) - R(0.5) * (real)count;
-        for (int i = 0; i < 3; i++) slope[i] += lever * sum[i];
-        q[0] = w * DQ[0] - x * DQ[1] - y * DQ[2] - z * DQ[3];
-        q[1] = w * DQ[1] + x * DQ[0] + y * DQ[3] - z * DQ[2];
-        q[2] = w * DQ[2] - x * DQ[3] + y * DQ[0] + z * DQ[1];
-        q[3] = w * DQ[3] + x * DQ[2] - y * DQ[1] + z * DQ[0];
-    }
-    const real norm = rn_sqrt(slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2]);
-    const real down[3] = {-slope[0] / norm, -slope[1] / norm, -slope[2] / norm};
-    const real w = R(1.0) + down[2], length = rn_sqrt(w * w + down[0] * down[0] + down[1] * down[1]);
-    const int over = length < R(1e-3); /* upside down: any level axis will do */
-    q0[0] = over ? R(0.0) : w / length;
-    q0[1] = over ? R(1.0) : down[1] / length;
-    q0[2] = over ? R(0.0) : -down[0] / length;
-    q0[3] = R(0.0);
-}
 
 /* Median of one axis over the readings of [from, to) that are there, five at most; 0 if none is. */
 static real median(const RN(align) * a, int from, int to, int axis)
@@ -124,18 +98,46 @@ static real replay(RN(align) * a, RN(align_filter) * f, int from, int to, real s
     return score;
 }
 
-static void start_filters(RN(align) * a)
+/* Start a filter; after a recentring linear about the origin. */
+static void start_filter(const RN(align) * a, RN(align_filter) * f, const RN(align_wind) * wind)
 {
-    const int count = steps(a, LEVEL_TIME);
-    real v0[2], total;
-    RN(align_level)(a->record[0], count, a->q0);
-    for (int axis = 0; axis < 2; axis++) v0[axis] = median(a, 0, count < 5 ? count : 5, axis);
-    RN(align_forget_odd_fields)(a->record[0], count, &a->setup, a->q0);
-    for (int i = 0; i < RN_ALIGN_BANK; i++) {
-        const RN(align_wind) wind = {BANK[i][0], BANK[i][1], 0, {R(0.0)}, {R(0.0)}};
-        RN(align_filter_start)(&a->filter[i], &a->setup, &wind, a->q0, v0);
-        a->score[i] = replay(a, &a->filter[i], 0, count, R(0.0), &total);
+    RN(align_filter_start)(f, &a->setup, wind, &a->origin);
+    if (a->recentred > 0) RN(align_filter_anchor)(f);
+}
+
+/* Level, and run all filters over the whole record. */
+static void restart(RN(align) * a)
+{
+    const int level = steps(a, LEVEL_TIME);
+    RN(align_core) *origin = &a->origin;
+    real total;
+    RN(align_level)(a->record[0], level, origin->gyro_bias, origin->q);
+    if (a->recentred == 0) RN(align_forget_odd_fields)(a->record[0], level, &a->setup, origin->q);
+    for (int axis = 0; axis < 2; axis++) origin->v[axis] = median(a, 0, level < 5 ? level : 5, axis);
+    for (int i = 0; i < RN_ALIGN_BANK + a->has_lines; i++) {
+        RN(align_filter) *f = &a->filter[i];
+        const RN(align_wind) wind = f->wind;
+        start_filter(a, f, &wind);
+        a->score[i] = replay(a, f, 0, a->count, R(0.0), &total) - R(3.0) * (real)wind.lines;
     }
+}
+
+/* While the bias of coarse gyros is learned, attitude and its turns move with every reading, and what moves seems to tell
+ * tilt from the accelerometer's bias.  So, few times: start over, linear about that bias; then, now and again, about what
+ * is estimated. */
+static void recentre(RN(align) * a)
+{
+    const int again = a->count - steps(a, ANCHOR_TIME);
+    RN(align_answer) said;
+    if (!(a->setup.gyro_bias_sd > COARSE)) return;
+    if (a->recentred < RECENTRES && a->count == steps(a, RECENTRE_TIME[a->recentred])) {
+        RN(align_read)(a, &said);
+        memcpy(a->origin.gyro_bias, said.gyro_bias, sizeof said.gyro_bias);
+        a->recentred++;
+        restart(a);
+    }
+    if (again < 0 || again % steps(a, ANCHOR_EVERY) != 0) return;
+    for (int i = 0; i < RN_ALIGN_BANK + a->has_lines; i++) RN(align_filter_anchor)(&a->filter[i]);
 }
 
 /* Fill the window with what the reference velocity says beyond free motion from the given attitude, in averaged rows. */
@@ -147,11 +149,8 @@ static void fill_window(RN(align) * a, const RN(align_core) * from, int start, i
     /* A filter with neither wind nor noise: only its motion is used. */
     RN(align_filter) *f = &a->trial;
     const RN(align_wind) none = {R(0.0), R(1.0), 0, {R(0.0)}, {R(0.0)}};
-    const real rest[2] = {R(0.0), R(0.0)};
-    RN(align_filter_start)(f, &a->setup, &none, from->q, rest);
-    memcpy(f->core.gyro_bias, from->gyro_bias, sizeof from->gyro_bias);
-    memcpy(f->core.accel_bias, from->accel_bias, sizeof from->accel_bias);
-    memcpy(f->core.rate, from->rate, sizeof from->rate);
+    RN(align_filter_start)(f, &a->setup, &none, from);
+    f->core.v[0] = f->core.v[1] = R(0.0);
     w->n = length / group;
     w->period = T * (real)group;
     w->noise_sd = a->setup.reference_sd / rn_sqrt((real)group);
@@ -216,20 +215,13 @@ static void propose(RN(align) * a, int start)
 {
     const int now = a->count;
     const RN(align_snapshot) *snap = &a->snapshot[start / steps(a, SNAPSHOT_TIME) % RN_ALIGN_SNAPSHOTS];
-    RN(align_core) core = snap->core;
     RN(align_wind) wind;
     real total, past = R(0.0), score = R(0.0);
-    if (start == 0) {
-        memset(&core, 0, sizeof core);
-        memcpy(core.q, a->q0, sizeof core.q);
-    }
-    fill_window(a, &core, start, now);
+    fill_window(a, start == 0 ? &a->origin : &snap->core, start, now);
     identify(a, &wind);
     if (wind.lines == 0 && (start == 0 || !a->has_lines)) return;
     if (start == 0) {
-        real v0[2];
-        for (int axis = 0; axis < 2; axis++) v0[axis] = median(a, 0, 5, axis);
-        RN(align_filter_start)(&a->trial, &a->setup, &wind, a->q0, v0);
+        start_filter(a, &a->trial, &wind);
     } else {
         RN(align_filter_graft)(&a->trial, &a->setup, &wind, snap);
         score = snap->score;
@@ -259,9 +251,12 @@ static int leading(const RN(align) * a)
 
 static void keep_snapshot(RN(align) * a)
 {
-    const RN(align_filter) *f = &a->filter[leading(a)];
+    RN(align_filter) *f = &a->trial;
     RN(align_snapshot) *s = &a->snapshot[a->count / steps(a, SNAPSHOT_TIME) % RN_ALIGN_SNAPSHOTS];
+    *f = a->filter[leading(a)];
+    if (f->anchored) RN(align_filter_anchor)(f);
     s->core = f->core;
+    s->anchored = f->anchored;
     s->score = a->score[leading(a)];
     for (int i = 0; i < f->common; i++) memcpy(s->P + i * f->common, f->P + i * f->n, (size_t)f->common * sizeof(real));
 }
@@ -286,6 +281,10 @@ int RN(align_start)(RN(align) * a, const RN(align_setup) * s)
     memset(a, 0, sizeof *a);
     a->setup = *s;
     a->next = steps(a, FIRST_TIME);
+    for (int i = 0; i < RN_ALIGN_BANK; i++) {
+        a->filter[i].wind.markov_sd = BANK[i][0];
+        a->filter[i].wind.markov_time = BANK[i][1];
+    }
     return 0;
 }
 
@@ -296,7 +295,7 @@ void RN(align_step)(RN(align) * a, const real *reading)
     memcpy(a->record[a->count % RN_ALIGN_RECORD], reading, sizeof a->record[0]);
     a->count++;
     if (a->count <= level) {
-        if (a->count == level) start_filters(a);
+        if (a->count == level) restart(a);
         return;
     }
     for (int i = 0; i < RN_ALIGN_BANK + a->has_lines; i++) {
@@ -314,6 +313,7 @@ void RN(align_step)(RN(align) * a, const real *reading)
         a->fit += blend * (a->filter[LINES].misfit - a->fit);
     }
     if (a->count % steps(a, SNAPSHOT_TIME) == 0) keep_snapshot(a);
+    recentre(a);
     if (a->count >= a->next) check(a);
 }
 

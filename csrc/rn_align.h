@@ -66,6 +66,8 @@ typedef struct {
 typedef struct {
     RN(align_wind) wind;
     RN(align_core) core;
+    int anchored;               /* core is left alone by readings, and all is linear about it */
+    real off[RN_ALIGN_COMMON];  /* then: from core to what is estimated */
     real d[5 * RN_ALIGN_LINES + 2]; /* lines, then Markov */
     int common; /* states before the wind's: one more with a compass */
     int n;
@@ -89,6 +91,7 @@ typedef struct {
 
 typedef struct {
     RN(align_core) core;
+    int anchored;
     real P[RN_ALIGN_COMMON * RN_ALIGN_COMMON];
     real score;
 } RN(align_snapshot);
@@ -122,18 +125,22 @@ typedef struct {
     RN(align_filter) filter[RN_ALIGN_FILTERS], trial; /* the bank, then the one with lines */
     real score[RN_ALIGN_FILTERS];
     real fit;                                   /* smoothed misfit of the line filter */
-    real q0[4];                                 /* coarse start */
+    RN(align_core) origin;                      /* where filters start */
+    int recentred;                              /* how often */
     RN(align_snapshot) snapshot[RN_ALIGN_SNAPSHOTS];
     RN(align_window) window;
 } RN(align);
 
 /* rn_align_filter.c */
-void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const real *q0, const real *v0);
+void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const RN(align_core) * at);
 void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const RN(align_snapshot) * from);
 void RN(align_filter_motion)(RN(align_filter) * f, const RN(align_setup) * s, const real *reading); /* state only */
 void RN(align_filter_predict)(RN(align_filter) * f, const RN(align_setup) * s, const real *reading);
 void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, const real *z);
 void RN(align_filter_inject)(RN(align_filter) * f, const real *dx);
+void RN(align_filter_level)(const RN(align_filter) * f, RN(align_core) * x);
+void RN(align_filter_estimate)(const RN(align_filter) * f, RN(align_core) * x);
+void RN(align_filter_anchor)(RN(align_filter) * f);
 
 /* rn_align_compass.c */
 int RN(align_bearing)(const real *q, const real *field, real *azimuth, real *steepness); /* 0: no bearing */
@@ -148,8 +155,10 @@ void RN(align_mix)(const RN(align_answer) * in, const real *weight, int count, R
 real RN(align_whiten)(RN(align_window) * w, real markov_sd, real markov_time);
 void RN(align_search)(RN(align_window) * w, real markov_sd, real markov_time, real goal, RN(align_spectrum) * found);
 
+/* rn_align_level.c */
+void RN(align_level)(const real *readings, int count, const real *gyro_bias, real *q0);
+
 /* rn_align.c */
-void RN(align_level)(const real *readings, int count, real *q0);
 int RN(align_start)(RN(align) * a, const RN(align_setup) * s); /* -1 unless 2 to 10 readings, a whole number, make a second */
 void RN(align_step)(RN(align) * a, const real *reading);
 int RN(align_read)(const RN(align) * a, RN(align_answer) * out); /* 0 before the first two seconds are over */

@@ -48,7 +48,8 @@ static void scalar(RN(align_filter) * f, const real *H, real innovation, real no
  * disturbed: its noise is divided by the probability that it is not. */
 static void across(RN(align_filter) * f, const RN(align_setup) * s, real azimuth, real steepness, int first)
 {
-    RN(align_core) *x = &f->core;
+    RN(align_core) now, *x = &now;
+    RN(align_filter_estimate)(f, x);
     const real length = RN_ALIGN_EARTH_RATE * rn_cos(s->latitude), *P = f->P;
     const real side[2] = {-rn_sin(x->north) / length, rn_cos(x->north) / length};
     const real share = side[0] * x->rate[0] + side[1] * x->rate[1];
@@ -58,8 +59,9 @@ static void across(RN(align_filter) * f, const RN(align_setup) * s, real azimuth
     const real bend = (R(0.5) + x->steepness * x->steepness) * (P[0] + P[f->n + 1]);
     const real noise = s->compass_sd * s->compass_sd + bend * bend;
     real H[RN_ALIGN_COMMON] = {R(0.0)}, S = noise;
-    H[RN_ALIGN_TURN] = x->steepness * rn_cos(expected);
-    H[RN_ALIGN_TURN + 1] = x->steepness * rn_sin(expected);
+    /* A tilt is about the axes of the anchor. */
+    H[RN_ALIGN_TURN] = x->steepness * rn_cos(expected - f->off[RN_ALIGN_TURN + 2]);
+    H[RN_ALIGN_TURN + 1] = x->steepness * rn_sin(expected - f->off[RN_ALIGN_TURN + 2]);
     H[RN_ALIGN_TURN + 2] = R(-1.0);
     H[RN_ALIGN_RATE] = side[0] / ahead;
     H[RN_ALIGN_RATE + 1] = side[1] / ahead;
@@ -70,26 +72,28 @@ static void across(RN(align_filter) * f, const RN(align_setup) * s, real azimuth
     const real off = rn_wrap(azimuth - expected) - (share - rn_sin(turn)) / ahead;
     const real fair = (R(1.0) - DISTURBED) * rn_exp(R(-0.5) * off * off / S) * rn_sqrt(R(6.283185307179586) / S);
     const real share_fair = fair / (fair + DISTURBED), weight = share_fair > R(1e-6) ? share_fair : R(1e-6);
-    x->steepness += weight * s->period / STEEPNESS_TIME * (steepness - x->steepness);
+    f->core.steepness += weight * s->period / STEEPNESS_TIME * (steepness - x->steepness);
     scalar(f, H, off, noise / weight);
 }
 
 /* One reading of the magnetic field; without a compass, or NaN, nothing changes. */
 void RN(align_filter_bearing)(RN(align_filter) * f, const RN(align_setup) * s, const real *field)
 {
-    RN(align_core) *x = &f->core;
+    RN(align_core) now, *x = &now;
+    RN(align_filter_estimate)(f, x);
     const real length = RN_ALIGN_EARTH_RATE * rn_cos(s->latitude), *P = f->P;
     const int n = f->n, at = RN_ALIGN_RATE, first = !x->has_north;
     real azimuth, steepness, H[RN_ALIGN_COMMON] = {R(0.0)};
     if (f->common == RN_ALIGN_CORE || !RN(align_bearing)(x->q, field, &azimuth, &steepness)) return;
     const int known = !first || P[at * (n + 1)] + P[(at + 1) * (n + 1)] < length * length;
     if (first) {
-        x->north = known ? rn_atan2(x->rate[1], x->rate[0]) : azimuth - s->declination;
-        x->steepness = steepness;
-        x->has_north = 1;
+        f->core.north = known ? rn_atan2(x->rate[1], x->rate[0]) : azimuth - s->declination;
+        f->core.steepness = steepness;
+        f->core.has_north = 1;
     }
     across(f, s, azimuth, steepness, first);
     if (known) return;
+    RN(align_filter_estimate)(f, x);
     H[at] = rn_cos(x->north);
     H[at + 1] = rn_sin(x->north);
     scalar(f, H, length - H[at] * x->rate[0] - H[at + 1] * x->rate[1], LENGTH_SD * length * LENGTH_SD * length);

@@ -1,5 +1,6 @@
 /* One filter of the alignment: attitude on SO(3) with covariance transport, and one wind model. */
 #include "rn_align.h"
+#include "rn_align_turn.h"
 
 #include <string.h>
 
@@ -10,65 +11,30 @@ static const real AMPLITUDE_SD = R(0.35);          /* m/s, amplitude of a line *
 static const real AMPLITUDE_WALK = R(3e-4);        /* m/s/sqrt(s) */
 static const real OMEGA_WALK = R(1e-4);       /* rad/s/sqrt(s) */
 
-static void product(const real *a, const real *b, real *out)
-{
-    const real w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
-    const real x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
-    const real y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
-    const real z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
-    const real scale = R(1.0) / rn_sqrt(w * w + x * x + y * y + z * z);
-    out[0] = w * scale;
-    out[1] = x * scale;
-    out[2] = y * scale;
-    out[3] = z * scale;
-}
-
-static void exponential(const real *r, real *q)
-{
-    const real square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-    const real half = R(0.5) * rn_sqrt(square);
-    const int small = square < R(1e-6);
-    const real factor = small ? R(0.5) - square / R(48.0) : R(0.5) * rn_sin(half) / half;
-    q[0] = small ? R(1.0) - square / R(8.0) : rn_cos(half);
-    for (int i = 0; i < 3; i++) q[i + 1] = factor * r[i];
-}
-
-static void matrix(const real *q, real *C)
-{
-    const real w = q[0], x = q[1], y = q[2], z = q[3], two = R(2.0), one = R(1.0);
-    C[0] = one - two * (y * y + z * z);
-    C[1] = two * (x * y - w * z);
-    C[2] = two * (x * z + w * y);
-    C[3] = two * (x * y + w * z);
-    C[4] = one - two * (x * x + z * z);
-    C[5] = two * (y * z - w * x);
-    C[6] = two * (x * z - w * y);
-    C[7] = two * (y * z + w * x);
-    C[8] = one - two * (x * x + y * y);
-}
-
-static void times_vector(const real *C, const real *v, real *out)
-{
-    for (int i = 0; i < 3; i++) out[i] = C[3 * i] * v[0] + C[3 * i + 1] * v[1] + C[3 * i + 2] * v[2];
-}
-
-static void times_matrix(const real *A, const real *B, real *out)
-{
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) out[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
-    }
-}
-
-static void skew(const real *a, real *S)
-{
-    const real out[9] = {R(0.0), -a[2], a[1], a[2], R(0.0), -a[0], -a[1], a[0], R(0.0)};
-    memcpy(S, out, sizeof out);
-}
-
 static void mirror(real *P, int n, int rows)
 {
     for (int i = 0; i < rows; i++) {
         for (int j = i + 1; j < n; j++) P[j * n + i] = P[i * n + j];
+    }
+}
+
+/* P <- G P G' with a G that acts on the three states from `at` on. */
+static void carry(RN(align_filter) * f, int at, const real *G)
+{
+    const int n = f->n;
+    real *P = f->P;
+    for (int j = 0; j < n; j++) {
+        const real column[3] = {P[at * n + j], P[(at + 1) * n + j], P[(at + 2) * n + j]};
+        for (int i = 0; i < 3; i++) P[(at + i) * n + j] = G[3 * i] * column[0] + G[3 * i + 1] * column[1] + G[3 * i + 2] * column[2];
+    }
+    for (int i = 0; i < 3; i++) {
+        const real *from = P + (at + i) * n + at, row[3] = {from[0], from[1], from[2]};
+        times_vector(G, row, P + (at + i) * n + at);
+    }
+    for (int i = at; i < at + 3; i++) {
+        for (int j = 0; j < n; j++) {
+            if (j < at || j > i) P[j * n + i] = P[i * n + j];
+        }
     }
 }
 
@@ -86,17 +52,16 @@ static void start_wind(RN(align_filter) * f, const RN(align_setup) * s, const RN
         f->d[5 * l + 4] = w->omega[l];
     }
     for (int j = f->n - 2; j < f->n; j++) f->P[j * f->n + j] = w->markov_sd * w->markov_sd;
+    memset(f->off, 0, sizeof f->off);
     f->log_likelihood = R(0.0);
     f->misfit = R(2.0);
 }
 
-void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const real *q0, const real *v0)
+void RN(align_filter_start)(RN(align_filter) * f, const RN(align_setup) * s, const RN(align_wind) * w, const RN(align_core) * at)
 {
     start_wind(f, s, w);
-    memset(&f->core, 0, sizeof f->core);
-    memcpy(f->core.q, q0, sizeof f->core.q);
-    f->core.v[0] = v0[0];
-    f->core.v[1] = v0[1];
+    f->core = *at;
+    f->anchored = 0;
     /* The azimuth of the wander frame is a choice: at the start it has no error. */
     const real sd[RN_ALIGN_COMMON] = {LEVEL_SD,        LEVEL_SD,         R(0.0),           VELOCITY_SD,      VELOCITY_SD,
                            s->gyro_bias_sd, s->gyro_bias_sd,  s->gyro_bias_sd,  s->accel_bias_sd, s->accel_bias_sd,
@@ -109,6 +74,7 @@ void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_setup) * s, con
     start_wind(f, s, w);
     const int common = f->common;
     f->core = from->core;
+    f->anchored = from->anchored;
     for (int i = 0; i < common; i++) memcpy(f->P + i * f->n, from->P + i * common, (size_t)common * sizeof(real));
 }
 
@@ -208,6 +174,13 @@ void RN(align_filter_predict)(RN(align_filter) * f, const RN(align_setup) * s, c
     real F[5][RN_ALIGN_CORE], top[5][RN_ALIGN_STATES], *P = f->P;
     predict_wind(f, s->period);
     transition(f, s, reading, F);
+    if (f->anchored) {
+        real off[5] = {R(0.0)};
+        for (int i = 0; i < 5; i++) {
+            for (int k = 0; k < RN_ALIGN_CORE; k++) off[i] += F[i][k] * f->off[k];
+        }
+        memcpy(f->off, off, sizeof off);
+    }
     for (int i = 0; i < 5; i++) {
         for (int j = 0; j < n; j++) top[i][j] = R(0.0);
         for (int k = 0; k < RN_ALIGN_CORE; k++) {
@@ -232,20 +205,29 @@ void RN(align_filter_predict)(RN(align_filter) * f, const RN(align_setup) * s, c
     }
 }
 
-/* x <- x [+] dx, then P <- G P G' with the left Jacobian of the turn: the error is measured from the new attitude. */
-void RN(align_filter_inject)(RN(align_filter) * f, const real *dx)
+static void move(RN(align_core) * x, const real *dx, int common)
 {
-    const int n = f->n;
-    RN(align_core) *x = &f->core;
-    real e[4], S[9], SS[9], G[9], *P = f->P;
+    real e[4];
     exponential(dx, e);
     product(e, x->q, x->q);
     for (int i = 0; i < 2; i++) x->v[i] += dx[RN_ALIGN_VELOCITY + i];
     for (int i = 0; i < 3; i++) x->gyro_bias[i] += dx[RN_ALIGN_GYRO + i];
     for (int i = 0; i < 3; i++) x->accel_bias[i] += dx[RN_ALIGN_ACCEL + i];
     for (int i = 0; i < 2; i++) x->rate[i] += dx[RN_ALIGN_RATE + i];
-    if (f->common > RN_ALIGN_COMPASS) x->compass_bias += dx[RN_ALIGN_COMPASS];
-    for (int i = f->common; i < n; i++) f->d[i - f->common] += dx[i];
+    if (common > RN_ALIGN_COMPASS) x->compass_bias += dx[RN_ALIGN_COMPASS];
+}
+
+/* x <- x [+] dx, then P <- G P G' with the left Jacobian of the turn: the error is measured from the new attitude.  An
+ * anchored filter only notes how far it is from its anchor. */
+void RN(align_filter_inject)(RN(align_filter) * f, const real *dx)
+{
+    for (int i = f->common; i < f->n; i++) f->d[i - f->common] += dx[i];
+    if (f->anchored) {
+        for (int i = 0; i < f->common; i++) f->off[i] += dx[i];
+        return;
+    }
+    real S[9], SS[9], G[9];
+    move(&f->core, dx, f->common);
     const real square = dx[0] * dx[0] + dx[1] * dx[1] + dx[2] * dx[2], angle = rn_sqrt(square);
     const int small = square < R(1e-4);
     const real first = small ? R(0.5) - square / R(24.0) : (R(1.0) - rn_cos(angle)) / square;
@@ -253,15 +235,51 @@ void RN(align_filter_inject)(RN(align_filter) * f, const real *dx)
     skew(dx, S);
     times_matrix(S, S, SS);
     for (int i = 0; i < 9; i++) G[i] = (i % 4 == 0 ? R(1.0) : R(0.0)) + first * S[i] + second * SS[i];
-    for (int j = 0; j < n; j++) {
-        const real column[3] = {P[j], P[n + j], P[2 * n + j]};
-        for (int i = 0; i < 3; i++) P[i * n + j] = G[3 * i] * column[0] + G[3 * i + 1] * column[1] + G[3 * i + 2] * column[2];
+    carry(f, RN_ALIGN_TURN, G);
+}
+
+/* What is estimated, but for the turn about down: tilt is found in the axes of the anchor, however far those have turned. */
+void RN(align_filter_level)(const RN(align_filter) * f, RN(align_core) * x)
+{
+    real off[RN_ALIGN_COMMON];
+    *x = f->core;
+    if (!f->anchored) return;
+    memcpy(off, f->off, sizeof off);
+    off[RN_ALIGN_TURN + 2] = R(0.0);
+    move(x, off, f->common);
+}
+
+void RN(align_filter_estimate)(const RN(align_filter) * f, RN(align_core) * x)
+{
+    const real turn[3] = {R(0.0), R(0.0), f->off[RN_ALIGN_TURN + 2]};
+    real e[4];
+    RN(align_filter_level)(f, x);
+    if (!f->anchored) return;
+    exponential(turn, e);
+    product(e, x->q, x->q);
+}
+
+/* Anchor at what is estimated now.  The errors of the biases turn with the attitude: what was learned of them is how they
+ * add to its error. */
+void RN(align_filter_anchor)(RN(align_filter) * f)
+{
+    const real turn[3] = {R(0.0), R(0.0), f->off[RN_ALIGN_TURN + 2]};
+    real e[4], Z[9], before[9], after[9], back[9], M[9];
+    if (f->anchored) {
+        exponential(turn, e);
+        matrix(e, Z);
+        product(e, f->core.q, e);
+        matrix(e, before);
+        RN(align_filter_estimate)(f, &f->core);
+        matrix(f->core.q, after);
+        for (int i = 0; i < 9; i++) back[i] = after[i % 3 * 3 + i / 3];
+        times_matrix(back, before, M);
+        carry(f, RN_ALIGN_TURN, Z);
+        carry(f, RN_ALIGN_GYRO, M);
+        carry(f, RN_ALIGN_ACCEL, M);
     }
-    for (int i = 0; i < 3; i++) {
-        const real row[3] = {P[i * n], P[i * n + 1], P[i * n + 2]};
-        times_vector(G, row, P + i * n);
-    }
-    mirror(P, n, 3);
+    memset(f->off, 0, sizeof f->off);
+    f->anchored = 1;
 }
 
 /* One reading (z north, east).  It may be a gust: its noise is divided by the probability that it is not. */
@@ -270,7 +288,7 @@ void RN(align_filter_update)(RN(align_filter) * f, const RN(align_setup) * s, co
     const int n = f->n, common = f->common, markov = n - 2;
     real W[2][RN_ALIGN_STATES], S[3], r[2], dx[RN_ALIGN_STATES], *P = f->P;
     for (int i = 0; i < 2; i++) {
-        real h = f->core.v[i] + f->d[markov - common + i];
+        real h = f->core.v[i] + f->off[RN_ALIGN_VELOCITY + i] + f->d[markov - common + i];
         for (int j = 0; j < n; j++) W[i][j] = P[(RN_ALIGN_VELOCITY + i) * n + j] + P[(markov + i) * n + j];
         for (int l = 0; l < f->wind.lines; l++) {
             const int k = common + 5 * l + 2 * i;

@@ -116,16 +116,18 @@ static void compass(const RN(align_filter) * f, const circle_t *c, const real *m
     if (f->common == RN_ALIGN_CORE) return;
     const real *row = f->P + RN_ALIGN_COMPASS * f->n, a = row[RN_ALIGN_RATE], b = row[RN_ALIGN_RATE + 1];
     const real k0 = a * c->info[0] + b * c->info[1], k1 = a * c->info[1] + b * c->info[2];
-    out->compass_bias = f->core.compass_bias + k0 * mean[0] + k1 * mean[1];
+    out->compass_bias = f->core.compass_bias + f->off[RN_ALIGN_COMPASS] + k0 * mean[0] + k1 * mean[1];
     out->compass_bias_var = row[RN_ALIGN_COMPASS] + k0 * (excess[0] * k0 + excess[1] * k1) + k1 * (excess[1] * k0 + excess[2] * k1);
 }
 
 void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) * s, RN(align_answer) * out)
 {
     const int n = f->n;
-    const real *P = f->P, *q = f->core.q;
+    RN(align_core) x;
+    RN(align_filter_level)(f, &x);
+    const real *P = f->P, *q = x.q;
     const real xx = P[RN_ALIGN_RATE * (n + 1)], xy = P[RN_ALIGN_RATE * n + RN_ALIGN_RATE + 1], yy = P[(RN_ALIGN_RATE + 1) * (n + 1)], det = xx * yy - xy * xy;
-    const circle_t c = {RN_ALIGN_EARTH_RATE * rn_cos(s->latitude), {f->core.rate[0], f->core.rate[1]}, {yy / det, -xy / det, xx / det}};
+    const circle_t c = {RN_ALIGN_EARTH_RATE * rn_cos(s->latitude), {x.rate[0], x.rate[1]}, {yy / det, -xy / det, xx / det}};
     real K[RN_ALIGN_RATE][2];
     arc_t arc[2];
     for (int i = 0; i < RN_ALIGN_RATE; i++) {
@@ -139,8 +141,8 @@ void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) *
     memcpy(out->q, q, sizeof out->q);
     for (int i = 0; i < 2; i++) out->tilt[i] = K[i][0] * m.x[0] + K[i][1] * m.x[1];
     for (int i = 0; i < 3; i++) {
-        out->gyro_bias[i] = f->core.gyro_bias[i] + K[RN_ALIGN_GYRO + i][0] * m.x[0] + K[RN_ALIGN_GYRO + i][1] * m.x[1];
-        out->accel_bias[i] = f->core.accel_bias[i] + K[RN_ALIGN_ACCEL + i][0] * m.x[0] + K[RN_ALIGN_ACCEL + i][1] * m.x[1];
+        out->gyro_bias[i] = x.gyro_bias[i] + K[RN_ALIGN_GYRO + i][0] * m.x[0] + K[RN_ALIGN_GYRO + i][1] * m.x[1];
+        out->accel_bias[i] = x.accel_bias[i] + K[RN_ALIGN_ACCEL + i][0] * m.x[0] + K[RN_ALIGN_ACCEL + i][1] * m.x[1];
     }
     /* Covariance given the heading, and what the spread of the heading adds. */
     const real excess[3] = {m.xx[0] - xx, m.xx[1] - xy, m.xx[2] - yy};
@@ -152,11 +154,11 @@ void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) *
     const real *down_gain = K[RN_ALIGN_TURN + 2];
     const real down = P[2 * n + 2] - (down_gain[0] * down_gain[0] * xx + R(2.0) * down_gain[0] * down_gain[1] * xy + down_gain[1] * down_gain[1] * yy);
     const real forward = rn_atan2(R(2.0) * (q[1] * q[2] + q[0] * q[3]), R(1.0) - R(2.0) * (q[2] * q[2] + q[3] * q[3]));
-    out->heading = rn_wrap(forward + arc[0].centre + m.heading);
+    out->heading = rn_wrap(forward + f->off[RN_ALIGN_TURN + 2] + arc[0].centre + m.heading);
     out->heading_var = m.heading_square - m.heading * m.heading + down;
     out->concentration = rn_exp(R(-0.5) * down) * rn_sqrt(m.cosine * m.cosine + m.sine * m.sine);
     for (int i = 0; i < 2; i++) {
-        out->wind[i] = f->core.v[i] + f->d[n - 2 - f->common + i];
+        out->wind[i] = x.v[i] + f->d[n - 2 - f->common + i];
         for (int l = 0; l < f->wind.lines; l++) out->wind[i] += f->d[5 * l + 2 * i];
     }
     compass(f, &c, m.x, excess, out);

@@ -8,5 +8,6 @@
 #include "../rn_align_compass.c"
 #include "../rn_align_heading.c"
 #include "../rn_align_lines.c"
+#include "../rn_align_level.c"
 #include "../rn_align.c"
 #include "rn_align_host.c"

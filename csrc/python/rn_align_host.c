@@ -71,14 +71,16 @@ void RN_ALIGN_ONE(const rn_align_one *one)
     RN(align_wind) wind = {(real)one->wind[0], (real)one->wind[1], 0, {R(0.0)}, {R(0.0)}};
     RN(align_filter) f;
     RN(align_answer) answer;
-    real q0[4], v0[2], reading[RN_ALIGN_READING];
+    RN(align_core) at;
+    real reading[RN_ALIGN_READING];
     take_setup(&setup, one->setup);
     take(wind.omega, one->wind + 2, RN_ALIGN_LINES);
     take(wind.omega_sd, one->wind + 2 + RN_ALIGN_LINES, RN_ALIGN_LINES);
     while (wind.lines < RN_ALIGN_LINES && wind.omega[wind.lines] > R(0.0)) wind.lines++;
-    take(q0, one->q0, 4);
-    take(v0, one->v0, 2);
-    RN(align_filter_start)(&f, &setup, &wind, q0, v0);
+    memset(&at, 0, sizeof at);
+    take(at.q, one->q0, 4);
+    take(at.v, one->v0, 2);
+    RN(align_filter_start)(&f, &setup, &wind, &at);
     for (size_t k = 0; k < one->n; k++) {
         take(reading, one->readings + k * RN_ALIGN_HOST_READING, RN_ALIGN_READING);
         RN(align_filter_predict)(&f, &setup, reading);

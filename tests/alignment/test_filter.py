@@ -12,6 +12,7 @@ from robustnav.alignment.filter import (
     RATE,
     Belief,
     Core,
+    anchor,
     core_transition,
     inject,
     observation,
@@ -26,7 +27,7 @@ from robustnav.alignment.setting import Wind
 from robustnav.engine import _kernel
 from robustnav.frames import matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply, rotvec_from_quat
 
-from .conftest import COARSE, FINE, make_case, setup_of, tilt_of
+from .conftest import COARSE, FINE, Case, make_case, setup_of, tilt_of
 
 TWO_LINES = Wind(0.1, 2.0, (0.7, 1.9), (0.1, 0.05))
 
@@ -118,6 +119,43 @@ def test_a_gust_moves_little_and_costs_a_bounded_likelihood():
     assert pull[1] < 0.1 * pull[0]
     assert calm.log_likelihood - blown.log_likelihood < 15
     assert blown.misfit < 0.1
+
+
+def anchored_run(case: Case, gain: float, turn: float = 0.0) -> Belief:
+    """Take eight seconds of readings, their velocity times ``gain``, at an anchor turned about down."""
+    q = quat_multiply(quat_from_rotvec([0.0, 0.0, turn]), case.q_nb[0])
+    belief = anchor(start(case.setup, Wind(0.1, 4.0), q, np.zeros(2), np.array([0.02, -0.01, 0.03])))
+    for row in reading_rows(case.increments, gain * case.reference):
+        belief = update(predict(belief, case.setup, row), case.setup, row[VELOCITY])
+    return belief
+
+
+def test_what_an_anchored_filter_claims_does_not_depend_on_what_it_reads():
+    case = make_case(setup_of(COARSE, gyro_bias_sd=0.05, accel_bias_sd=0.45, gust_share=0.0), 8, 8.0, "none")
+    calm, blown = anchored_run(case, 1.0), anchored_run(case, 1.3)
+    np.testing.assert_array_equal(calm.P, blown.P)
+    assert np.abs(calm.estimate.gyro_bias - blown.estimate.gyro_bias).max() > 1e-3
+    np.testing.assert_array_equal(calm.core.gyro_bias, [0.02, -0.01, 0.03])
+
+
+def test_moving_the_anchor_leaves_the_answer():
+    case = make_case(setup_of(COARSE, gyro_bias_sd=0.05, accel_bias_sd=0.45), 8, 8.0, "none")
+    before = anchored_run(case, 1.0)
+    before.off[2] += 0.7
+    after = anchor(before)
+    assert np.linalg.norm(before.off[:2]) > 0.01 and not after.off.any()
+    said = [answer(belief, case.setup) for belief in (before, after)]
+    for name in ("heading", "heading_var", "concentration", "wind"):
+        np.testing.assert_allclose(getattr(said[1], name), getattr(said[0], name), atol=1e-9, err_msg=name)
+    np.testing.assert_allclose(after.core.x, before.estimate.x, atol=1e-12)
+    turn = matrix_from_quat(quat_from_rotvec([0.0, 0.0, before.turn]))[:2, :2]
+    np.testing.assert_allclose(said[1].tilt_cov, turn @ said[0].tilt_cov @ turn.T, rtol=1e-9)
+    np.testing.assert_allclose(said[1].tilt, turn @ said[0].tilt, atol=1e-9)
+    # How a bias of the accelerometer adds to a tilt is what was learned.
+    C = [matrix_from_quat(quat_multiply(quat_from_rotvec([0.0, 0.0, before.turn]), before.core.q))]
+    C.append(matrix_from_quat(after.core.q))
+    seen = [C[k] @ belief.P[8:11, 8:11] @ C[k].T for k, belief in enumerate((before, after))]
+    np.testing.assert_allclose(seen[1], seen[0], rtol=1e-9, atol=1e-12)
 
 
 def test_mean_wind_teaches_no_heading():

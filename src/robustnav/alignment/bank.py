@@ -10,7 +10,7 @@ from math import exp
 import numpy as np
 
 from robustnav.alignment.compass import fair_fields, take_bearing
-from robustnav.alignment.filter import Belief, Core, core_transition, graft, predict, start, update
+from robustnav.alignment.filter import Belief, Core, anchor, core_transition, graft, predict, start, update
 from robustnav.alignment.heading import Answer, answer, mix
 from robustnav.alignment.level import first_velocity, level_attitude, missing, odd_limit, oddness
 from robustnav.alignment.lines import MOST_SAMPLES, Spectrum, Window, alone, search
@@ -26,6 +26,9 @@ SNAPSHOT_TIME = 10.0  # s
 MEMORY = 60.0  # s, forgetting of likelihood
 BROAD_SD = 0.5  # m/s: winds below it have no say before FIRST_TIME
 REFIT_UNTIL = 40.0  # s: until then new lines always replace the old
+COARSE = 1e-3  # rad/s: gyro biases beyond it are taken off the record as soon as they are known
+RECENTRE_TIMES = (5.0, 12.0, 30.0)  # s
+ANCHOR_TIME, ANCHOR_EVERY = 60.0, 30.0  # s
 HEALTHY = 2.6  # smoothed misfit, 2 expected
 NEGLIGIBLE = 20.0  # nats below the best
 
@@ -43,7 +46,8 @@ class Aligner:
         self._fit = 2.0
         self._snapshots: dict[int, tuple[Core, Array, float]] = {}
         self._next = self._steps(FIRST_TIME)
-        self._q0 = np.zeros(4)
+        self._q0, self._v0 = np.zeros(4), np.zeros(2)
+        self._gyro_bias: Array | None = None
 
     def _steps(self, seconds: float) -> int:
         return int(seconds / self.setup.period + 0.5)
@@ -54,7 +58,7 @@ class Aligner:
         count = len(self._rows)
         if count <= self._steps(LEVEL_TIME):
             if count == self._steps(LEVEL_TIME):
-                self._start()
+                self._restart(list(BANK))
             return
         there = not missing(reading[VELOCITY])
         for i, belief in enumerate(self._beliefs):
@@ -69,8 +73,10 @@ class Aligner:
         if count % self._steps(SNAPSHOT_TIME) == 0:
             best = int(np.argmax(self._merits))
             belief = self._beliefs[best]
+            belief = belief if belief.off is None else anchor(belief)
             common = belief.core.size
             self._snapshots[count] = (belief.core, belief.P[:common, :common], self._scores[best])
+        self._recentre()
         if count >= self._next:
             self._check()
 
@@ -95,16 +101,40 @@ class Aligner:
         out: Array = np.array(self._scores) - np.append(RARER, 0.0)[: len(self._scores)]
         return out
 
-    def _start(self) -> None:
-        rows = np.array(self._rows)
-        self._q0 = level_attitude(rows)
-        v0 = first_velocity(rows[:, VELOCITY])
-        for k in np.flatnonzero(~fair_fields(rows, self.setup, self._q0)):
+    def _restart(self, winds: list[Wind]) -> None:
+        """Level, and run a filter with each wind over the whole record."""
+        rows = np.array(self._rows[: self._steps(LEVEL_TIME)])
+        first = self._gyro_bias is None
+        self._q0 = level_attitude(rows, np.zeros(3) if self._gyro_bias is None else self._gyro_bias)
+        self._v0 = first_velocity(rows[:, VELOCITY])
+        for k in np.flatnonzero(~fair_fields(rows, self.setup, self._q0)) if first else ():
             self._rows[k][FIELD] = np.nan
-        for wind in BANK:
-            belief, score, _ = self._replay(start(self.setup, wind, self._q0, v0), 0, 0.0)
+        self._beliefs, self._scores = [], []
+        for wind in winds:
+            belief, score, _ = self._replay(self._started(wind), 0, 0.0)
             self._beliefs.append(belief)
-            self._scores.append(score)
+            self._scores.append(score - 3.0 * len(wind.omega))
+
+    def _started(self, wind: Wind) -> Belief:
+        """Return a belief at the start; after a recentring linear about the start."""
+        belief = start(self.setup, wind, self._q0, self._v0, self._gyro_bias)
+        return belief if self._gyro_bias is None else anchor(belief)
+
+    def _recentre(self) -> None:
+        """With coarse gyros start over, few times, linear about the gyro bias found; later anchor now and again.
+
+        While a large gyro bias is learned, attitude and its turns move with every reading, and what moves seems to tell
+        tilt from the bias of the accelerometer.
+        """
+        if not self.setup.gyro_bias_sd > COARSE:
+            return
+        count = len(self._rows)
+        if count in [self._steps(time) for time in RECENTRE_TIMES]:
+            said = self.read()
+            self._gyro_bias = None if said is None else said.gyro_bias
+            self._restart([belief.wind for belief in self._beliefs])
+        if count >= self._steps(ANCHOR_TIME) and (count - self._steps(ANCHOR_TIME)) % self._steps(ANCHOR_EVERY) == 0:
+            self._beliefs = [anchor(belief) for belief in self._beliefs]
 
     def _replay(self, belief: Belief, first: int, score: float) -> tuple[Belief, float, float]:
         """Run a fresh belief from row ``first`` to now; return it, its score and its plain log likelihood.
@@ -139,14 +169,16 @@ class Aligner:
 
         Where lines held until then, also one without: it starts from what they taught, as no filter of the bank does.
         """
-        core, P, score = self._snapshots.get(first, (Core(self._q0, np.zeros(10)), np.zeros((0, 0)), 0.0))
+        fresh = self._started(Wind(0.0, 1.0)).core
+        core, P, score = self._snapshots.get(first, (fresh, np.zeros((0, 0)), 0.0))
         wind = identify(self._window(core, first))
         if not wind.omega and (first == 0 or not self._has_lines):
             return
         if first == 0:
-            belief = start(self.setup, wind, self._q0, first_velocity(np.array(self._rows[:5])[:, VELOCITY]))
+            belief = self._started(wind)
         else:
             belief = graft(core, P, wind)
+            belief = belief if self._gyro_bias is None else anchor(belief)
         belief, score, total = self._replay(belief, first, score)
         now = len(self._rows)
         past = sum(self._line_history.get(k, 0.0) for k in range(first, now))

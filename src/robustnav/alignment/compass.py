@@ -47,13 +47,14 @@ def bearing(q: Array, field_b: Array) -> Bearing | None:
 
 def take_bearing(belief: Belief, setup: AlignSetup, field_b: Array) -> Belief:
     """Return the belief after a reading of the magnetic field (3,) in body axes, any unit; NaN changes nothing."""
-    compass, seen = setup.compass, bearing(belief.core.q, field_b)
+    now, compass = belief.estimate, setup.compass
+    seen = bearing(now.q, field_b)
     if compass is None or seen is None:
         return belief
     if not isnan(belief.core.north):
-        share = float(_side(belief.core, setup) @ belief.core.rate)
+        share = float(_side(now, setup) @ now.rate)
         return _across(belief, setup, compass, seen, asin(min(max(share, -WIDEST), WIDEST)))
-    length, rate = setup.horizontal_earth_rate, belief.core.rate
+    length, rate = setup.horizontal_earth_rate, now.rate
     known = belief.P[RATE, RATE] + belief.P[RATE + 1, RATE + 1] < length**2
     north = atan2(rate[1], rate[0]) if known else seen.azimuth - compass.declination
     core = replace(belief.core, north=north, steepness=seen.steepness)
@@ -62,7 +63,7 @@ def take_bearing(belief: Belief, setup: AlignSetup, field_b: Array) -> Belief:
         return belief
     H = np.zeros(len(belief.P))
     H[RATE:COMPASS] = cos(north), sin(north)
-    return _scalar(belief, H, length - float(H[RATE:COMPASS] @ belief.core.rate), (LENGTH_SD * length) ** 2)
+    return _scalar(belief, H, length - float(H[RATE:COMPASS] @ belief.estimate.rate), (LENGTH_SD * length) ** 2)
 
 
 def _side(core: Core, setup: AlignSetup) -> Array:
@@ -75,11 +76,12 @@ def _across(belief: Belief, setup: AlignSetup, compass: Compass, seen: Bearing, 
 
     The bearing may be disturbed: its noise is divided by the probability that it is not.
     """
-    core, P = belief.core, belief.P
+    core, P = belief.estimate, belief.P
     side, steep = _side(core, setup), core.steepness
     expected = core.north + turn + compass.declination + float(core.compass_bias[0])
     H = np.zeros(len(P))
-    H[TURN : TURN + 3] = steep * cos(expected), steep * sin(expected), -1.0
+    ahead = expected - belief.turn  # a tilt is about the axes of the anchor
+    H[TURN : TURN + 3] = steep * cos(ahead), steep * sin(ahead), -1.0
     H[RATE:COMPASS], H[COMPASS] = side / cos(turn), 1.0
     off = float(wrap_angle(seen.azimuth - expected)) - (float(side @ core.rate) - sin(turn)) / cos(turn)
     # What a tilt does to a bearing in second order.
@@ -89,7 +91,7 @@ def _across(belief: Belief, setup: AlignSetup, compass: Compass, seen: Bearing, 
     fair = (1 - DISTURBED) * exp(-0.5 * off**2 / S) * sqrt(2 * pi / S)
     weight = max(fair / (fair + DISTURBED), 1e-6)
     steep += weight * setup.period / STEEPNESS_TIME * (seen.steepness - steep)
-    return _scalar(replace(belief, core=replace(core, steepness=steep)), H, off, noise / weight)
+    return _scalar(replace(belief, core=replace(belief.core, steepness=steep)), H, off, noise / weight)
 
 
 def _scalar(belief: Belief, H: Array, innovation: float, noise: float) -> Belief:

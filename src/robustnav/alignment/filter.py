@@ -85,6 +85,10 @@ class Core:
 class Belief:
     """State and covariance under one wind: ``d`` holds its lines and Markov part; ``P`` (n, n) of the error.
 
+    Where ``off`` is given, readings leave ``core`` alone and all is linear about it, the anchor: ``off`` is its error
+    as estimated, in the order of the common states.  A turn about down, however large, is then one of the whole
+    picture: tilt and the axes of the biases are found as the anchor has them.
+
     ``log_likelihood`` and ``misfit`` are those of the last reading: log density, and the squared normalised innovation
     times its weight, 2 expected.
     """
@@ -95,6 +99,25 @@ class Belief:
     P: Array
     log_likelihood: float = 0.0
     misfit: float = 2.0
+    off: Array | None = None
+
+    @property
+    def level(self) -> Core:
+        """What is estimated but for the turn about down."""
+        if self.off is None:
+            return self.core
+        return _moved(self.core, np.concatenate([self.off[:2], [0.0], self.off[3:]]))
+
+    @property
+    def turn(self) -> float:
+        """The turn about down [rad] that ``level`` lacks."""
+        return 0.0 if self.off is None else float(self.off[2])
+
+    @property
+    def estimate(self) -> Core:
+        """What is estimated of the common states."""
+        level = self.level
+        return level if self.off is None else replace(level, q=_product(_about_down(self.turn), level.q))
 
     @property
     def lines(self) -> int:
@@ -102,8 +125,8 @@ class Belief:
         return len(self.wind.omega)
 
 
-def start(setup: AlignSetup, wind: Wind, q0: Array, v0: Array) -> Belief:
-    """Return the belief at t = 0 about attitude ``q0`` (4,) and velocity ``v0`` (2,) [m/s]."""
+def start(setup: AlignSetup, wind: Wind, q0: Array, v0: Array, gyro_bias: Array | None = None) -> Belief:
+    """Return the belief at t = 0 about attitude ``q0`` (4,), velocity ``v0`` (2,) [m/s], gyro bias (3,) or zero."""
     # The azimuth of the wander frame is a choice: at the start it has no error.
     level = [LEVEL_SD, LEVEL_SD, 0.0]
     sd = [*level, *[VELOCITY_SD] * 2, *[setup.gyro_bias_sd] * 3, *[setup.accel_bias_sd] * 3, *[RATE_SD] * 2]
@@ -111,6 +134,8 @@ def start(setup: AlignSetup, wind: Wind, q0: Array, v0: Array) -> Belief:
         sd.append(setup.compass_bias_sd)
     x = np.zeros(len(sd) - 3)
     x[:2] = v0
+    if gyro_bias is not None:
+        x[2:5] = gyro_bias
     return graft(Core(np.asarray(q0, float), x), np.diag(np.square(sd)), wind)
 
 
@@ -181,7 +206,7 @@ def predict(belief: Belief, setup: AlignSetup, reading: Array) -> Belief:
     densities = (setup.gyro_density, setup.accel_density, setup.gyro_bias_walk, setup.accel_bias_walk)
     Q = [density**2 * setup.period for density, size in zip(densities, (3, 2, 3, 3), strict=True) for _ in range(size)]
     P = F @ belief.P @ F.T + np.diag([*Q, *np.zeros(common - RATE), *Q_wind])
-    return replace(belief, core=core, d=d, P=P)
+    return replace(belief, core=core, d=d, P=P, off=None if belief.off is None else F_core @ belief.off)
 
 
 def observation(belief: Belief) -> Array:
@@ -203,7 +228,8 @@ def update(belief: Belief, setup: AlignSetup, z: Array) -> Belief:
     H = observation(belief)
     PH = belief.P @ H.T
     S, noise = H @ PH, setup.reference_sd**2
-    r = z - belief.core.velocity - H[:, belief.core.size :] @ belief.d
+    off = np.zeros(2) if belief.off is None else belief.off[VELOCITY:GYRO]
+    r = z - belief.core.velocity - off - H[:, belief.core.size :] @ belief.d
     calm, square = _log_normal(r, S + noise * np.eye(2))
     blown, _ = _log_normal(r, S + (noise + setup.gust_sd**2) * np.eye(2))
     calm += log(1 - setup.gust_share)
@@ -223,10 +249,37 @@ def inject(belief: Belief, dx: Array) -> Belief:
     the filter believe a heading it never saw.
     """
     common = belief.core.size
-    core = replace(belief.core, q=_product(quat_from_rotvec(dx[:3]), belief.core.q), x=belief.core.x + dx[3:common])
+    d = belief.d + dx[common:]
+    if belief.off is not None:
+        return replace(belief, d=d, off=belief.off + dx[:common])
+    core = _moved(belief.core, dx[:common])
     G = np.eye(len(dx))
     G[:3, :3] = left_jacobian(dx[:3])
-    return replace(belief, core=core, d=belief.d + dx[common:], P=G @ belief.P @ G.T)
+    return replace(belief, core=core, d=d, P=G @ belief.P @ G.T)
+
+
+def anchor(belief: Belief) -> Belief:
+    """Return the belief anchored at what it estimates.
+
+    The errors of the biases turn with the attitude: what was learned of them is how they add to its error.
+    """
+    core = belief.estimate
+    common = core.size
+    if belief.off is None:
+        return replace(belief, off=np.zeros(common))
+    G, turn = np.eye(len(belief.P)), _about_down(belief.turn)
+    before = matrix_from_quat(_product(turn, belief.core.q))
+    G[:3, :3] = matrix_from_quat(turn)
+    G[GYRO:ACCEL, GYRO:ACCEL] = G[ACCEL:RATE, ACCEL:RATE] = matrix_from_quat(core.q).T @ before
+    return replace(belief, core=core, P=G @ belief.P @ G.T, off=np.zeros(common))
+
+
+def _moved(core: Core, dx: Array) -> Core:
+    return replace(core, q=_product(quat_from_rotvec(dx[:3]), core.q), x=core.x + dx[3:])
+
+
+def _about_down(angle: float) -> Array:
+    return quat_from_rotvec(np.array([0.0, 0.0, angle]))
 
 
 def _product(a: Array, b: Array) -> Array:

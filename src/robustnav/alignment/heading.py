@@ -90,7 +90,7 @@ class _Circle:
 
 def answer(belief: Belief, setup: AlignSetup) -> Answer:
     """Return what a belief says of attitude and heading."""
-    P, core, turn = belief.P, belief.core, slice(RATE, RATE + 2)
+    P, core, turn = belief.P, belief.level, slice(RATE, RATE + 2)
     info = np.linalg.inv(P[turn, turn])
     circle = _Circle(setup.horizontal_earth_rate, core.rate, np.asarray(info, float))
     K = P[:RATE, turn] @ circle.info
@@ -114,7 +114,7 @@ def answer(belief: Belief, setup: AlignSetup) -> Answer:
         q=core.q,
         tilt=K[:2] @ mean,
         tilt_cov=P[:2, :2] + K[:2] @ excess @ K[:2].T,
-        heading=float(wrap_angle(atan2(C[1, 0], C[0, 0]) + centre + mean_heading)),
+        heading=float(wrap_angle(atan2(C[1, 0], C[0, 0]) + belief.turn + centre + mean_heading)),
         heading_var=float(w @ heading**2 - mean_heading**2 + down),
         concentration=exp(-0.5 * down) * float(np.hypot(w @ np.cos(heading), w @ np.sin(heading))),
         gyro_bias=core.gyro_bias + K[GYRO:ACCEL] @ mean,
@@ -127,7 +127,7 @@ def answer(belief: Belief, setup: AlignSetup) -> Answer:
 
 def _compass(belief: Belief, info: Array, mean: Array, excess: Array) -> tuple[float, float]:
     """Return mean and variance of the compass's constant error, given the Earth rate; NaN without a compass."""
-    core, P = belief.core, belief.P
+    core, P = belief.level, belief.P
     if not core.compass_bias.size:
         return np.nan, np.nan
     k = P[COMPASS, RATE:COMPASS] @ info
