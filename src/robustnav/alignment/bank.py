@@ -105,7 +105,7 @@ class Aligner:
         """Level, and run a filter with each wind over the whole record."""
         rows = np.array(self._rows[: self._steps(LEVEL_TIME)])
         first = self._gyro_bias is None
-        self._q0 = level_attitude(rows, np.zeros(3) if self._gyro_bias is None else self._gyro_bias)
+        self._q0 = level_attitude(rows, self._gyro_bias)
         self._v0 = first_velocity(rows[:, VELOCITY])
         for k in np.flatnonzero(~fair_fields(rows, self.setup, self._q0)) if first else ():
             self._rows[k][FIELD] = np.nan

@@ -11,19 +11,20 @@ GUST_FACTOR = 4.0  # times the usual distance from the median
 GUST_LEAST = 6.0  # times the reference's noise
 
 
-def level_attitude(readings: Array, gyro_bias: Array) -> Array:
+def level_attitude(readings: Array, gyro_bias: Array | None = None) -> Array:
     """Return the attitude ``q`` (4,), body to wander frame at the first row, that makes mean specific force point up.
 
     Parameters
     ----------
     readings : (n, 30) rows; the slope of the summed specific force is that of gravity as far as the base stays put.
-    gyro_bias : (3,) [rad/s], taken off the rows.
+    gyro_bias : (3,) [rad/s], taken off the rows; None takes nothing.
     """
+    bias = np.zeros(3) if gyro_bias is None else gyro_bias
     q, total = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros((len(readings) + 1, 3))
     for k, row in enumerate(readings):
         J, H = row[7:16].reshape(3, 3), row[16:25].reshape(3, 3)
-        total[k + 1] = total[k] + rotate(q, row[4:7] - H @ gyro_bias)
-        q = quat_normalize(quat_multiply(quat_multiply(q, quat_from_rotvec(-J @ gyro_bias)), row[:4]))
+        total[k + 1] = total[k] + rotate(q, row[4:7] - H @ bias)
+        q = quat_normalize(quat_multiply(quat_multiply(q, quat_from_rotvec(-J @ bias)), row[:4]))
     lever = np.arange(len(total)) - 0.5 * len(readings)
     slope = lever @ total
     down = -slope / np.linalg.norm(slope)
