@@ -32,7 +32,7 @@ LEAST_SEEDS = 2
 STANDING = ("0.01 deg/h", "0.1 deg/h", "1 deg/h")
 STANDING_BASES = ("still", "engine")
 TIMES = (60.0, 200.0)  # s
-AFLOAT = ("0.5 deg/s", "0.01 deg/h")
+AFLOAT = ("3 deg/s", "0.5 deg/s", "0.01 deg/h")
 WINDS = ("none", "lines", "markov")
 AFLOAT_TIME = 60.0  # s
 
@@ -59,7 +59,10 @@ class Standing:
 
 @dataclass(frozen=True)
 class Afloat:
-    """Heading of a boat in the wind over all runs [deg], with a compass or without."""
+    """Heading and tilt of a boat in the wind over all runs [deg], with a compass or without.
+
+    Of tilt both rms and claim are of its size, about two axes.
+    """
 
     grade: str
     wind: str
@@ -67,6 +70,8 @@ class Afloat:
     rms_deg: float
     claimed_deg: float
     heading_nees: float
+    tilt_rms_deg: float
+    tilt_claimed_deg: float
     tilt_nees: float
     observable_share: float
 
@@ -171,6 +176,8 @@ def afloat_rows(study: GyrocompassStudy) -> list[dict[str, object]]:
             "heading, deg": f"{row.rms_deg:.2f}",
             "claimed, deg": f"{row.claimed_deg:.2f}",
             "NEES heading (1)": f"{row.heading_nees:.2f}",
+            "tilt, deg": f"{row.tilt_rms_deg:.3f}",
+            "tilt claimed, deg": f"{row.tilt_claimed_deg:.3f}",
             "NEES tilt (2)": f"{row.tilt_nees:.2f}",
             "observable, %": f"{100 * row.observable_share:.0f}",
         }
@@ -221,6 +228,8 @@ def _afloat(name: str, wind: str, seeds: Sequence[int], progress: Progress) -> l
             rms_deg=_rms([one.heading for one in runs]),
             claimed_deg=float(np.median([one.heading_sd for one in runs])) / DEG,
             heading_nees=_heading_nees(runs),
+            tilt_rms_deg=_rms([float(np.linalg.norm(one.tilt)) for one in runs]),
+            tilt_claimed_deg=float(np.sqrt(2 * np.median([one.tilt_var for one in runs]))) / DEG,
             tilt_nees=_tilt_nees(runs),
             observable_share=float(np.mean([one.observable for one in runs])),
         )

@@ -41,6 +41,8 @@ GRADES = {
     "0.1 deg/h": Grade(0.1 * DEG_PER_HOUR, 0.01 * DEG / ROOT_HOUR, 100 * MICRO_G, 30 * MICRO_G),
     "1 deg/h": Grade(1.0 * DEG_PER_HOUR, 0.1 * DEG / ROOT_HOUR, 1 * MILLI_G, 50 * MICRO_G),
     "0.5 deg/s": Grade(0.5 * DPS, 0.005 * DPS, 5 * MILLI_G, 100 * MICRO_G),
+    # An MPU-9250 as delivered: its data sheet's turn-on biases, and densities brought to two sides.
+    "3 deg/s": Grade(2.9 * DPS, 0.007 * DPS, 46 * MILLI_G, 212 * MICRO_G),
 }
 BASES = {
     "still": Sway(Swing(mean=3 * DEG), Swing(mean=-2 * DEG)),
