@@ -16,7 +16,7 @@ static const real REFIT_UNTIL = R(40.0); /* s: until then new lines always repla
 static const real ABSENT = R(1e9);       /* oddness of a missing reading */
 static const real COARSE = R(1e-3);      /* rad/s: gyro biases beyond it are taken off the record as soon as they are known */
 static const real RECENTRE_TIME[] = {R(5.0), R(12.0), R(30.0)};
-static const real ANCHOR_TIME = R(60.0), ANCHOR_EVERY = R(30.0); /* s */
+static const real ANCHOR_TIME = R(45.0), ANCHOR_EVERY = R(15.0); /* s */
 static const real HEALTHY = R(2.6);      /* smoothed misfit, 2 expected */
 
 /* Winds of the bank: Markov sd [m/s] and time [s], and the log of how much rarer they are.  The first

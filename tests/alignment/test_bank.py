@@ -64,7 +64,7 @@ def test_large_biases_of_gyro_and_accelerometer_are_told_as_far_as_they_can(seco
 
 @pytest.mark.parametrize("compass", [False, True])
 def test_compiled_equals_numpy_over_recentrings(compass):
-    """After 5, 12 and 30 s; the anchor moves at 60 and 90 s; later a filter starts from an anchored snapshot."""
+    """After 5, 12 and 30 s; the anchor moves every 15 s from 45 s on; a filter starts from an anchored snapshot."""
     given = {"declination": 0.1, "compass_sd": 1 * DEG, "compass_bias_sd": 2 * DEG} if compass else {}
     case = changed(raw(3, 0.5, 122.0, "lines", **given), 3)
     field_n = np.tile([0.5, 0.05, 0.8], (len(case.t), 1))

@@ -28,7 +28,7 @@ BROAD_SD = 0.5  # m/s: winds below it have no say before FIRST_TIME
 REFIT_UNTIL = 40.0  # s: until then new lines always replace the old
 COARSE = 1e-3  # rad/s: gyro biases beyond it are taken off the record as soon as they are known
 RECENTRE_TIMES = (5.0, 12.0, 30.0)  # s
-ANCHOR_TIME, ANCHOR_EVERY = 60.0, 30.0  # s
+ANCHOR_TIME, ANCHOR_EVERY = 45.0, 15.0  # s
 HEALTHY = 2.6  # smoothed misfit, 2 expected
 NEGLIGIBLE = 20.0  # nats below the best
 

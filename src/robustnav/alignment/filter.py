@@ -261,13 +261,17 @@ def inject(belief: Belief, dx: Array) -> Belief:
 def anchor(belief: Belief) -> Belief:
     """Return the belief anchored at what it estimates.
 
-    The errors of the biases turn with the attitude: what was learned of them is how they add to its error.
+    A tilt that stays with the body turns in the axes of an anchor that turns about down too fast, as if by a bias of
+    the gyros about level axes: what the anchor's turn is corrected by, that bias loses.  The errors of the biases turn
+    with the attitude: what was learned of them is how they add to its error.
     """
-    core = belief.estimate
-    common = core.size
+    common = belief.core.size
     if belief.off is None:
         return replace(belief, off=np.zeros(common))
-    G, turn = np.eye(len(belief.P)), _about_down(belief.turn)
+    C, carried = matrix_from_quat(belief.core.q), np.eye(len(belief.P))
+    carried[GYRO:ACCEL, :3] = C.T @ skew(np.array([0.0, 0.0, C[2] @ belief.off[GYRO:ACCEL]]))
+    belief = replace(belief, off=carried[:common, :common] @ belief.off, P=carried @ belief.P @ carried.T)
+    core, G, turn = belief.estimate, np.eye(len(belief.P)), _about_down(belief.turn)
     before = matrix_from_quat(_product(turn, belief.core.q))
     G[:3, :3] = matrix_from_quat(turn)
     G[GYRO:ACCEL, GYRO:ACCEL] = G[ACCEL:RATE, ACCEL:RATE] = matrix_from_quat(core.q).T @ before
