@@ -109,9 +109,9 @@ def test_innovation_rows_have_no_nis_for_constant_gains(make_sample):
 
 def test_a_file_is_no_folder_and_a_bad_setting_leaves_nothing(make_sample, tmp_path):
     (tmp_path / "file").write_text("x")
-    run, _, _ = make_sample(settings={"bad": object()})
     with pytest.raises(InputError, match="a file"):
-        report(run, None, tmp_path / "file")
+        report(make_sample()[0], None, tmp_path / "file")
+    run, _, _ = make_sample(settings={"bad": object()})
     with pytest.raises(InputError, match="object"):
         report(run, None, tmp_path / "out")
     assert not (tmp_path / "out").exists()

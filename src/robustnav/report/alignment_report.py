@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from robustnav.errors import InputError
-from robustnav.evaluate.tables import plain
-from robustnav.files import write_whole
 from robustnav.frames import euler_from_quat
 from robustnav.report.alignment_course import (
     ONE_AXIS_95,
@@ -28,6 +24,7 @@ from robustnav.report.drawing import Plot
 from robustnav.report.figures.alignment import bias_courses, heading_course, tilt_radius, wind_course
 from robustnav.report.figures.route import route
 from robustnav.report.page import Page, Tile
+from robustnav.report.results import write_results
 from robustnav.report.run_report import versions
 from robustnav.units import ARCMIN, DEG
 
@@ -37,21 +34,14 @@ WIND_SECONDS = 60.0  # the last ones are drawn
 def write_alignment(run: Aligned, out: str | Path) -> Path:
     """Write page, numbers and table of an alignment into a folder and return the page's path.
 
-    Equal arguments give equal bytes; all texts are made before one is written.
+    Equal arguments give equal bytes.
 
     Raises
     ------
     InputError : ``out`` is a file, or a setting has no plain form.
     MissingExtra : matplotlib is not installed.
     """
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        raise InputError("report", place=str(out), got="a file", expected="a folder, or a name that is free")
-    results = json.dumps(plain(document(run)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    html, table = page(run).html(), alignment_table(run)
-    write_whole(folder / "alignment.csv", table)
-    write_whole(folder / "results.json", results)
-    return write_whole(folder / "report.html", html)
+    return write_results(out, document(run), page(run), {"alignment.csv": alignment_table(run)})
 
 
 def document(run: Aligned) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""A study's folder: its page and its numbers, written whole."""
+"""The folder of a run or a study: page, numbers and tables, written whole."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from robustnav.files import write_whole
 from robustnav.report.page import Page
 
 
-def write_results(folder: str | Path, results: Mapping[str, object], page: Page) -> Path:
-    """Write ``results.json`` and ``report.html`` into a folder and return the page's path.
+def write_results(
+    folder: str | Path, results: Mapping[str, object], page: Page, tables: Mapping[str, str] | None = None
+) -> Path:
+    """Write ``results.json``, ``report.html`` and ``tables`` by file name into a folder and return the page's path.
+
+    All texts are made before one is written: a failure leaves no half report.
 
     Raises
     ------
@@ -23,7 +27,7 @@ def write_results(folder: str | Path, results: Mapping[str, object], page: Page)
     if folder.exists() and not folder.is_dir():
         raise InputError("output folder", place=str(folder), got="a file", expected="a folder, or a name that is free")
     text = json.dumps(plain(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    html = page.html()
-    write_whole(folder / "results.json", text)
-    write_whole(folder / "report.html", html)
+    texts = {**(tables or {}), "results.json": text, "report.html": page.html()}
+    for name, whole in texts.items():
+        write_whole(folder / name, whole)
     return folder / "report.html"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Iterator
 from importlib.metadata import version
@@ -10,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robustnav import __version__
-from robustnav.errors import InputError
 from robustnav.evaluate.attitude import NOT_AN_ERROR, attitude_errors
-from robustnav.evaluate.tables import plain
-from robustnav.files import write_whole
 from robustnav.records import Log, Run, Score, Truth
 from robustnav.report import figures
 from robustnav.report.drawing import Plot
 from robustnav.report.page import Page, Tile
+from robustnav.report.results import write_results
 from robustnav.report.verdict import Verdict, innovation_rows, judge
 
 if TYPE_CHECKING:
@@ -46,16 +43,8 @@ def report(
     InputError : ``out`` is a file, or a setting has no plain form.
     MissingExtra : matplotlib is not installed.
     """
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        raise InputError("report", place=str(out), got="a file", expected="a folder, or a name that is free")
     verdict = judge(run, score, diagnosis)
-    # Both texts are made before either is written: a failure leaves no half report.
-    results = json.dumps(_results(run, score, verdict, diagnosis), indent=2, ensure_ascii=False, allow_nan=False)
-    page = _page(run, score, verdict, log, diagnosis).html()
-    write_whole(folder / "results.json", results + "\n")
-    write_whole(folder / "report.html", page)
-    return folder / "report.html"
+    return write_results(out, _results(run, score, verdict, diagnosis), _page(run, score, verdict, log, diagnosis))
 
 
 def versions() -> dict[str, str]:
@@ -169,20 +158,18 @@ def _error_plot(run: Run, truth: Truth) -> Plot:
     return figures.error_band(run.t, errors.euler, run.sd.get("euler"), tuple(name.capitalize() for name in ANGLES))
 
 
-def _results(run: Run, score: Score | None, verdict: Verdict, diagnosis: Diagnosis | None) -> object:
+def _results(run: Run, score: Score | None, verdict: Verdict, diagnosis: Diagnosis | None) -> dict[str, object]:
     scored = None
     if score is not None:
         scored = {"reference": score.reference, "samples": score.samples, "values": score.values, "notes": score.notes}
-    return plain(
-        {
-            "estimator": run.estimator,
-            "model": run.model,
-            "verdict": {"level": verdict.level, "text": verdict.text, "reasons": verdict.reasons},
-            "score": scored,
-            "innovations": innovation_rows(run.innovations),
-            "events": run.events,
-            "diagnosis": diagnosis.to_dict() if diagnosis is not None else None,
-            "settings": run.settings,
-            "versions": versions(),
-        }
-    )
+    return {
+        "estimator": run.estimator,
+        "model": run.model,
+        "verdict": {"level": verdict.level, "text": verdict.text, "reasons": verdict.reasons},
+        "score": scored,
+        "innovations": innovation_rows(run.innovations),
+        "events": run.events,
+        "diagnosis": diagnosis.to_dict() if diagnosis is not None else None,
+        "settings": run.settings,
+        "versions": versions(),
+    }
