@@ -16,7 +16,6 @@ from robustnav.units import DEG, DEG_PER_HOUR, MILLI_G
 
 if TYPE_CHECKING:
     from robustnav.alignment import Alignment, AlignSetup
-    from robustnav.alignment.recording import Readings
     from robustnav.records import Array, Log, Truth
     from robustnav.report.alignment_course import Against, Aligned, Course
     from robustnav.sim.alignment_scenario import Scenario
@@ -27,6 +26,7 @@ GUST_SD, GUST_SHARE = 3.0, 0.05  # m/s and share of readings, as in the publishe
 
 def recorded(path: Path, carrier: Carrier, given: Reference, part: Part, step: Callable[[], None]) -> Aligned:
     """Align a recording; ``step`` is called after each stage."""
+    from robustnav.alignment import align
     from robustnav.alignment.recording import readings_of
     from robustnav.logs.reading import read
 
@@ -47,9 +47,11 @@ def recorded(path: Path, carrier: Carrier, given: Reference, part: Part, step: C
     step()
     base, sensors, assumed = sensors_of(carrier, readings.rate_hz, latitude)
     setup = _setup(base, (latitude, height), log, given, part.period)
-    said = ALIGN[given.reference](readings, setup)
+    still = given.reference == "zero"
+    field_b = None if setup.declination is None else readings.field_b
+    said = align(readings.increments, None if still else readings.reference, readings.t, setup, field_b=field_b)
     step()
-    if given.reference == "zero":
+    if still:
         readings = replace(readings, reference=np.full_like(readings.reference, np.nan))
     against = None if log.truth is None or log.truth.q_nb is None else against_truth(said, log.truth)
     events = (*readings.events, *assumed)
@@ -111,26 +113,6 @@ def setup_of(scenario: Scenario) -> AlignSetup:
         gust_sd=GUST_SD,
         gust_share=GUST_SHARE,
     )
-
-
-def _moored(readings: Readings, setup: AlignSetup) -> Alignment:
-    from robustnav.alignment import align
-
-    return align(readings.increments, readings.reference, readings.t, setup, field_b=_field(readings, setup))
-
-
-def _at_rest(readings: Readings, setup: AlignSetup) -> Alignment:
-    from robustnav.alignment import align
-
-    return align(readings.increments, None, readings.t, setup, field_b=_field(readings, setup))
-
-
-# What each reference is aligned with.
-ALIGN = {"velocity": _moored, "zero": _at_rest}
-
-
-def _field(readings: Readings, setup: AlignSetup) -> Array | None:
-    return None if setup.declination is None else readings.field_b
 
 
 def place_of(log: Log, given: float | None, name: str) -> float:
