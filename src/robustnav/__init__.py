@@ -22,17 +22,17 @@ from robustnav.model import Equations, Model, Noise, Rotation, Sensor, Symbols, 
 from robustnav.records import Anchors, Innovations, Log, RangeDifferences, Ranges, Run, Score, Stream, Truth
 from robustnav.report import report
 from robustnav.run import EKF, H2, UKF, HInfinity, Start, batch, run, smooth, stream
-from robustnav.run.acquisition import Acquisition
-from robustnav.run.inclination import LevelH2
-from robustnav.run.inertial import run_inertial
-from robustnav.run.inertial_start import InertialStart
-from robustnav.run.moving import align_moving
-from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart
-from robustnav.run.recorded import Sensors, estimator_for, run_recorded
-from robustnav.run.tracking import ranging_ekf, track
 
 if TYPE_CHECKING:
     from robustnav import alignment, calibrate, datasheet, doctor, logs, sim, snapshot, strapdown, survey
+    from robustnav.run.acquisition import Acquisition
+    from robustnav.run.inclination import LevelH2
+    from robustnav.run.inertial import run_inertial
+    from robustnav.run.inertial_start import InertialStart
+    from robustnav.run.moving import align_moving
+    from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart
+    from robustnav.run.recorded import Sensors, estimator_for, run_recorded
+    from robustnav.run.tracking import ranging_ekf, track
 
 __all__ = [
     "EKF",
@@ -98,11 +98,33 @@ __all__ = [
     "units",
 ]
 
-_ON_DEMAND = ("alignment", "calibrate", "datasheet", "doctor", "logs", "sim", "snapshot", "strapdown", "survey")
+# Not every program names these: a subpackage, or the module a name stands in, is loaded when it is first used.
+_SUBPACKAGES = {"alignment", "calibrate", "datasheet", "doctor", "logs", "sim", "snapshot", "strapdown", "survey"}
+_STANDS_IN = {
+    "Acquisition": "run.acquisition",
+    "GnssAiding": "run.moving_setting",
+    "InertialStart": "run.inertial_start",
+    "InertialUnit": "run.moving_setting",
+    "LevelH2": "run.inclination",
+    "MovingStart": "run.moving_setting",
+    "Sensors": "run.recorded",
+    "align_moving": "run.moving",
+    "estimator_for": "run.recorded",
+    "ranging_ekf": "run.tracking",
+    "run_inertial": "run.inertial",
+    "run_recorded": "run.recorded",
+    "track": "run.tracking",
+}
 
 
 def __getattr__(name: str) -> Any:
-    """Load a subpackage the first time it is named, so that ``import robustnav`` stays quick."""
-    if name in _ON_DEMAND:
+    if name in _SUBPACKAGES:
         return import_module(f"robustnav.{name}")
+    if name in _STANDS_IN:
+        found = globals()[name] = getattr(import_module(f"robustnav.{_STANDS_IN[name]}"), name)
+        return found
     raise AttributeError(f"module 'robustnav' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

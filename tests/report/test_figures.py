@@ -167,7 +167,7 @@ def test_percentile_band_counts_failed_runs():
 def test_figures_leave_no_global_state_and_need_no_pyplot():
     code = (
         "import sys, matplotlib, numpy as np\n"
-        "from robustnav.report import Page, figures\n"
+        "from robustnav.report import figures\nfrom robustnav.report.page import Page\n"
         "before = matplotlib.rcParams.copy()\n"
         "page = Page('t')\n"
         "page.figure(figures.percentile_band(np.arange(9.0), np.ones((3, 9)), 'e'))\n"

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robustnav.errors import InputError
-from robustnav.report import Page, Tile, figures
+from robustnav.report import figures
+from robustnav.report.page import Page, Tile
 
 VOID = {"meta", "link", "br", "img", "use", "path"}
 

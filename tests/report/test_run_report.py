@@ -12,7 +12,8 @@ from robustnav.evaluate import evaluate
 from robustnav.evaluate.attitude import NOT_AN_ERROR
 from robustnav.frames import euler_from_quat
 from robustnav.records import Run
-from robustnav.report import innovation_rows, judge, report
+from robustnav.report import report
+from robustnav.report.verdict import innovation_rows, judge
 
 DIAGNOSIS = Diagnosis(
     "flight.ulg",

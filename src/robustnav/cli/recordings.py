@@ -87,7 +87,7 @@ def run(
     """
     if ranging.anchors is not None:
         return run_ranges(log, ranging, backend=backend, out=out, json=json)
-    from robustnav.report.run_report import report as write_report
+    from robustnav.report import report as write_report
     from robustnav.report.verdict import innovation_rows, judge
     from robustnav.run.recorded import Sensors, run_recorded
 

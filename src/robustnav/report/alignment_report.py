@@ -24,8 +24,7 @@ from robustnav.report.drawing import Plot
 from robustnav.report.figures.alignment import bias_courses, heading_course, tilt_radius, wind_course
 from robustnav.report.figures.route import route
 from robustnav.report.page import Page, Tile
-from robustnav.report.results import write_results
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions, write_results
 from robustnav.units import ARCMIN, DEG
 
 WIND_SECONDS = 60.0  # the last ones are drawn

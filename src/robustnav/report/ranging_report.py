@@ -19,7 +19,7 @@ from robustnav.records import Anchors, Array
 from robustnav.report.figures.gdop_map import gdop_map
 from robustnav.report.figures.residual_ranges import residual_ranges
 from robustnav.report.page import Page, Tile
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions
 from robustnav.survey.layout import BAD, POOR, Flight, Plan, figures_of
 
 LEVEL = 0.95

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import platform
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
 
+from robustnav import __version__
 from robustnav.errors import InputError
 from robustnav.evaluate.tables import plain
 from robustnav.files import write_whole
@@ -31,3 +34,9 @@ def write_results(
     for name, whole in texts.items():
         write_whole(folder / name, whole)
     return folder / "report.html"
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what made a result."""
+    found = {name: version(name) for name in ("numpy", "scipy", "matplotlib")}
+    return {"robustnav": __version__, "python": platform.python_version(), **found}

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robustnav import __version__
 from robustnav.evaluate.attitude import NOT_AN_ERROR, attitude_errors
 from robustnav.records import Log, Run, Score, Truth
 from robustnav.report import figures
 from robustnav.report.drawing import Plot
 from robustnav.report.page import Page, Tile
-from robustnav.report.results import write_results
+from robustnav.report.results import versions, write_results
 from robustnav.report.verdict import Verdict, innovation_rows, judge
 
 if TYPE_CHECKING:
@@ -23,34 +20,12 @@ if TYPE_CHECKING:
 ANGLES = ("roll", "pitch", "yaw")
 
 
-def report(
-    run: Run, score: Score | None, out: str | Path, *, log: Log | None = None, diagnosis: Diagnosis | None = None
+def write_report(
+    run: Run, score: Score | None, out: str | Path, log: Log | None = None, diagnosis: Diagnosis | None = None
 ) -> Path:
-    """Write ``report.html`` and ``results.json`` of a run into a folder and return the page's path.
-
-    Equal arguments give equal bytes.  ``run.settings["command"]``, if present, is shown as the command to repeat.
-
-    Parameters
-    ----------
-    run : what the estimator said.
-    score : its numbers, or None without a reference.
-    out : folder, made if absent.
-    log : the recording, for the reference, the units of the innovations and the time line.
-    diagnosis : what the doctor found in the recording.
-
-    Raises
-    ------
-    InputError : ``out`` is a file, or a setting has no plain form.
-    MissingExtra : matplotlib is not installed.
-    """
+    """Write what ``robustnav.report.report`` promises."""
     verdict = judge(run, score, diagnosis)
     return write_results(out, _results(run, score, verdict, diagnosis), _page(run, score, verdict, log, diagnosis))
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of what made a result."""
-    found = {name: version(name) for name in ("numpy", "scipy", "matplotlib")}
-    return {"robustnav": __version__, "python": platform.python_version(), **found}
 
 
 def _page(run: Run, score: Score | None, verdict: Verdict, log: Log | None, diagnosis: Diagnosis | None) -> Page:

@@ -3,8 +3,6 @@
 from robustnav.run.estimators import EKF, H2, UKF, Estimator, HInfinity
 from robustnav.run.gamma import smallest_gamma
 from robustnav.run.loop import Start, covariance_of, run, stream
-from robustnav.run.moving import align_moving
-from robustnav.run.moving_setting import GnssAiding, InertialUnit, MovingStart
 from robustnav.run.smoothing import batch, smooth
 
 __all__ = [
@@ -12,12 +10,8 @@ __all__ = [
     "H2",
     "UKF",
     "Estimator",
-    "GnssAiding",
     "HInfinity",
-    "InertialUnit",
-    "MovingStart",
     "Start",
-    "align_moving",
     "batch",
     "covariance_of",
     "run",

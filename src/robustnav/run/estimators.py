@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robustnav.design.certificates import Certificate
-from robustnav.design.schedule import GainTable, SensorRows, Startup, Turning, gain_table
 from robustnav.engine.backends import functions_of
 from robustnav.engine.filters import FilterSetup
 from robustnav.errors import InputError
@@ -19,6 +17,10 @@ from robustnav.filter.ukf import Spread
 from robustnav.filter.weighting import Rule
 from robustnav.frames import Array
 from robustnav.model.blocks import Model
+
+if TYPE_CHECKING:
+    from robustnav.design.certificates import Certificate
+    from robustnav.design.schedule import GainTable, Turning
 
 
 def _form(model: Model) -> str:
@@ -164,6 +166,8 @@ class H2:
         sets: int = 32,
         turn_intensity: float = 0.0,
     ) -> None:
+        from robustnav.design.schedule import SensorRows, Startup, gain_table
+
         if not (np.isfinite(rate_hz) and rate_hz > 0):
             raise InputError("rate_hz", got=str(rate_hz), expected="a rate above zero")
         self.model, self.rate_hz = model, float(rate_hz)
@@ -213,6 +217,8 @@ Estimator = EKF | UKF | HInfinity | H2
 def _turning(model: Model, intensity: float) -> Turning | None:
     if model.rotation is None or model.rotation.error != "n":
         return None
+    from robustnav.design.schedule import Turning
+
     return Turning(tuple(model.error_slices[b.name] for b in model.state if b.frame == "b"), intensity)
 
 

@@ -10,8 +10,7 @@ from robustnav.evaluate.consistency import chi_square_band
 from robustnav.report.drawing import Plot
 from robustnav.report.figures.alignment import disturbance, existence, misalignment, tilt_courses
 from robustnav.report.page import Level, Page, Tile
-from robustnav.report.results import write_results
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions, write_results
 from robustnav.studies.alignment import AlignmentStudy, pair, rows_of, value_of
 from robustnav.studies.alignment_figures import AFTER, LASTING, TAIL
 from robustnav.studies.alignment_goals import Goal, best_fixed, goals, our_cases, tried_cases

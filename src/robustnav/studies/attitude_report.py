@@ -11,8 +11,7 @@ from robustnav.records import Array, Run, Truth
 from robustnav.report import figures
 from robustnav.report.figures.comparison import Comparison
 from robustnav.report.page import Level, Page, Tile
-from robustnav.report.results import write_results
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions, write_results
 from robustnav.run import H2
 from robustnav.sim.attitude_cases import assumptions
 from robustnav.studies.attitude import (

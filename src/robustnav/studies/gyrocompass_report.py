@@ -7,8 +7,7 @@ from pathlib import Path
 from robustnav.evaluate.consistency import chi_square_band
 from robustnav.report.figures.gyrocompass import heading_by_grade
 from robustnav.report.page import Level, Page, Tile
-from robustnav.report.results import write_results
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions, write_results
 from robustnav.studies.gyrocompass import GyrocompassStudy, afloat_rows, outside_bands, results, standing_rows
 from robustnav.units import DEG
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from robustnav.report.figures.courses import Judged, error_courses, nees_courses
 from robustnav.report.page import Page, Tile
-from robustnav.report.results import write_results
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions, write_results
 from robustnav.studies.goals import goal_rows, goal_verdict
 from robustnav.studies.moving import AXES, MovingOutcome, MovingStudy, error_rows, found_rows, goals, results
 from robustnav.studies.moving_setting import DURATION, SECONDS

@@ -10,8 +10,7 @@ from robustnav.report.figures.ranging_gates import ranging_gates
 from robustnav.report.figures.ranging_histogram import ranging_histogram
 from robustnav.report.figures.trajectory import Travelled, trajectory
 from robustnav.report.page import Page, Tile
-from robustnav.report.results import write_results
-from robustnav.report.run_report import versions
+from robustnav.report.results import versions, write_results
 from robustnav.sim.quadcopter import assumptions
 from robustnav.sim.rig import hall
 from robustnav.studies.goals import goal_rows, goal_verdict
