@@ -22,8 +22,10 @@ enum {
     RN_ALIGN_COMMON = 14,
     RN_ALIGN_LINES = 5,      /* lines a filter can hold; each has north cos, sin, east cos, sin, frequency */
     RN_ALIGN_STATES = RN_ALIGN_COMMON + 5 * RN_ALIGN_LINES + 2,
-    RN_ALIGN_BANK = 9,       /* winds without lines that are always tried */
-    RN_ALIGN_FILTERS = RN_ALIGN_BANK + 1,
+    RN_ALIGN_BANK = 40,      /* winds without lines */
+    RN_ALIGN_LINED = 8,      /* filters with the lines found, each in another noise */
+    RN_ALIGN_NEXT = 2,       /* winds that may come next */
+    RN_ALIGN_FILTERS = RN_ALIGN_BANK + RN_ALIGN_LINED + RN_ALIGN_NEXT,
     RN_ALIGN_READING = 30,   /* rotation 4, velocity 3, d velocity / d accel bias 9, d velocity / d gyro bias 9, z 2, field 3 */
     RN_ALIGN_VELOCITY_AT = 25, /* z: reference velocity north and east, NaN where missing */
     RN_ALIGN_FIELD_AT = 27,    /* magnetic field in body axes, any unit; NaN where missing */
@@ -119,12 +121,15 @@ typedef struct {
     RN(align_setup) setup;
     int count;                                  /* readings so far */
     int next;                                   /* count at which the wind is identified again */
-    int has_lines;
     real record[RN_ALIGN_RECORD][RN_ALIGN_READING];
-    real line_history[RN_ALIGN_RECORD];         /* log likelihood of the line filter */
-    RN(align_filter) filter[RN_ALIGN_FILTERS], trial; /* the bank, then the one with lines */
-    real score[RN_ALIGN_FILTERS];
-    real fit;                                   /* smoothed misfit of the line filter */
+    real best[RN_ALIGN_RECORD];                 /* score of the filter that led */
+    real history[RN_ALIGN_RECORD];              /* log likelihood of that filter */
+    RN(align_filter) filter[RN_ALIGN_FILTERS], trial; /* the bank, those with lines, those that may come next */
+    int on[RN_ALIGN_FILTERS];                   /* whether it runs */
+    real score[RN_ALIGN_FILTERS];               /* log likelihood, forgetting */
+    real fit[RN_ALIGN_FILTERS];                 /* smoothed misfit */
+    int changed;                                /* count at which the wind was found to have changed */
+    int lines_from, next_from;                  /* reading from which the lines were found; the next winds started */
     RN(align_core) origin;                      /* where filters start */
     int recentred;                              /* how often */
     RN(align_snapshot) snapshot[RN_ALIGN_SNAPSHOTS];
@@ -152,8 +157,22 @@ void RN(align_filter_answer)(const RN(align_filter) * f, const RN(align_setup) *
 void RN(align_mix)(const RN(align_answer) * in, const real *weight, int count, RN(align_answer) * out);
 
 /* rn_align_lines.c */
+real RN(align_given)(RN(align_window) * w, real markov_sd, real markov_time, const RN(align_spectrum) * lines);
 real RN(align_whiten)(RN(align_window) * w, real markov_sd, real markov_time);
 void RN(align_search)(RN(align_window) * w, real markov_sd, real markov_time, real goal, RN(align_spectrum) * found);
+
+/* rn_align_wind.c */
+void RN(align_bank_wind)(int i, RN(align_wind) * wind);
+void RN(align_wide_wind)(int i, RN(align_wind) * wind); /* of those that may come next */
+int RN(align_identify)(RN(align_window) * w, RN(align_wind) * out); /* RN_ALIGN_LINED at most; 0: no lines */
+
+/* rn_align_record.c */
+const real *RN(align_reading)(const RN(align) * a, int k);
+int RN(align_missing)(const real *reading);
+real RN(align_median)(const RN(align) * a, int from, int to, int axis);
+real RN(align_oddness)(const RN(align) * a, int k, int from, int to);
+real RN(align_odd_limit)(const RN(align) * a, int from, int to);
+void RN(align_fill_window)(RN(align) * a, const RN(align_core) * from, int start, int stop);
 
 /* rn_align_level.c */
 void RN(align_level)(const real *readings, int count, const real *gyro_bias, real *q0);

@@ -76,6 +76,7 @@ void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_setup) * s, con
     f->core = from->core;
     f->anchored = from->anchored;
     for (int i = 0; i < common; i++) memcpy(f->P + i * f->n, from->P + i * common, (size_t)common * sizeof(real));
+    for (int i = RN_ALIGN_VELOCITY; i < RN_ALIGN_GYRO; i++) f->P[i * f->n + i] += VELOCITY_SD * VELOCITY_SD; /* another mean wind */
 }
 
 /* P <- F P F' and d <- F d for the lines and the Markov part. */

@@ -204,3 +204,12 @@ void RN(align_search)(RN(align_window) * w, real markov_sd, real markov_time, re
     widths(w, best, found);
     found->evidence = base + best - LINE_COST * (real)found->lines;
 }
+
+/* Log evidence of given lines in another noise. */
+real RN(align_given)(RN(align_window) * w, real markov_sd, real markov_time, const RN(align_spectrum) * lines)
+{
+    const real base = RN(align_whiten)(w, markov_sd, markov_time) - evidence(w, POLY);
+    real value = evidence(w, POLY);
+    for (int l = 0; l < lines->lines; l++) value = try_line(w, l, lines->omega[l], l + 1);
+    return base + value - LINE_COST * (real)lines->lines;
+}

@@ -9,5 +9,7 @@
 #include "../rn_align_heading.c"
 #include "../rn_align_lines.c"
 #include "../rn_align_level.c"
+#include "../rn_align_record.c"
+#include "../rn_align_wind.c"
 #include "../rn_align.c"
 #include "rn_align_host.c"

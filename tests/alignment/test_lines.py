@@ -1,10 +1,14 @@
 """Finding lines: the evidence against a dense Gaussian density, frequencies found, none invented, C and NumPy alike."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from robustnav.alignment.lines import LINE_SD, NO_LINES, Whitened, Window, alone, search
+from robustnav.alignment.identify import identify, likeliest
+from robustnav.alignment.lines import LINE_SD, NO_LINES, Whitened, Window, alone, given, search
+from robustnav.alignment.setting import BANK, LINED
 from robustnav.engine import _kernel
 
 from .conftest import lines, markov
@@ -53,6 +57,33 @@ def test_lines_are_found_where_they_are():
         np.testing.assert_allclose(np.sort(found.omega), [0.5, 1.0, 2.0], atol=0.03)
         order = np.argsort(found.omega)
         assert (np.abs(found.omega[order] - [0.5, 1.0, 2.0]) < 4 * found.omega_sd[order]).all()
+
+
+def test_noise_about_lines_is_named_among_what_it_may_be():
+    """The rate at which the wind changes, 2 sd^2 / time, is within the bank's steps of the true one."""
+    for seed in range(4):
+        window, rng = make_window(seed), np.random.default_rng(50 + seed)
+        noisy = replace(window, r=window.r + markov(rng, 90, 0.2, 0.2, 4.0))
+        for winds, speed in ((identify(window), 0.0), (identify(noisy), 0.02)):
+            assert 1 <= len(winds) <= LINED
+            assert all(len(wind.omega) == len(winds[0].omega) == len(wind.omega_sd) for wind in winds)
+            speeds = [2 * wind.markov_sd**2 / wind.markov_time for wind in winds]
+            assert min(speeds) <= 2.5 * speed + 1e-3
+            assert max(speeds) >= speed / 2.5
+
+
+def test_a_window_without_lines_has_none_and_the_likeliest_wind_of_the_bank():
+    window = make_window(3, wind="markov")
+    assert identify(window) == []
+    assert likeliest(window) in BANK
+    assert likeliest(make_window(3)).omega
+
+
+def test_evidence_of_given_lines_is_that_of_their_search():
+    window = make_window(2)
+    found = search(window, 0.07, 4.0, -np.inf)
+    assert given(window, 0.07, 4.0, found) == pytest.approx(found.evidence)
+    assert given(window, 0.5, 4.0, found) < found.evidence
 
 
 def test_no_line_is_invented():

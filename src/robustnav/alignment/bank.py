@@ -1,10 +1,10 @@
-"""The estimator, as it is meant: a bank of winds without lines, one filter with the lines found so far, and the record
-to find them in.  ``robustnav.alignment.align`` runs the same in C.
+"""The estimator, as it is meant: a bank of winds without lines, filters with the lines found so far, and the record to
+find them in.  ``robustnav.alignment.align`` runs the same in C.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
@@ -12,18 +12,23 @@ import numpy as np
 from robustnav.alignment.compass import fair_fields, take_bearing
 from robustnav.alignment.filter import Belief, Core, anchor, core_transition, graft, predict, start, update
 from robustnav.alignment.heading import Answer, answer, mix
+from robustnav.alignment.identify import identify
 from robustnav.alignment.level import first_velocity, level_attitude, missing, odd_limit, oddness
-from robustnav.alignment.lines import MOST_SAMPLES, Spectrum, Window, alone, search
+from robustnav.alignment.lines import MOST_SAMPLES, Window
 from robustnav.alignment.readings import FIELD, VELOCITY
-from robustnav.alignment.setting import BANK, LEVELS, RARER, AlignSetup, Wind
+from robustnav.alignment.setting import BANK, LINED, NEXT, AlignSetup, Wind
 from robustnav.frames import Array
 
+FIRST_LINED, FIRST_NEXT = (
+    len(BANK),
+    len(BANK) + LINED,
+)  # places of filters: the bank, those with lines, those for what is next
 LEVEL_TIME = 2.0  # s before the filters start
 FIRST_TIME = 12.0  # s of record needed to tell a slow wind from a tilt
 EARLY_TIME = 60.0  # s: until then the window is the whole record
 SHORT_WINDOW = 20.0  # s
-SNAPSHOT_TIME = 10.0  # s
-MEMORY = 60.0  # s, forgetting of likelihood
+SNAPSHOT_TIME, PREPARE_TIME = 10.0, 20.0  # s
+MEMORY = 150.0  # s, forgetting of likelihood
 BROAD_SD = 0.5  # m/s: winds below it have no say before FIRST_TIME
 REFIT_UNTIL = 40.0  # s: until then new lines always replace the old
 COARSE = 1e-3  # rad/s: gyro biases beyond it are taken off the record as soon as they are known
@@ -31,6 +36,24 @@ RECENTRE_TIMES = (5.0, 12.0, 30.0)  # s
 ANCHOR_TIME, ANCHOR_EVERY = 45.0, 15.0  # s
 HEALTHY = 2.6  # smoothed misfit, 2 expected
 NEGLIGIBLE = 20.0  # nats below the best
+LINE_PRIOR = 3.0  # nats, of a line whose frequency was found in what is judged
+CHANGE_COST = 8.0  # nats: at ten readings a second a wind changes about once in five minutes
+CHANGE_FROM = 40.0  # s
+FASTER = 4.0  # times: below that the bank has what comes next
+
+
+@dataclass
+class Running:
+    """A filter that runs: what it believes, its log likelihood with forgetting, and its smoothed misfit."""
+
+    belief: Belief
+    score: float
+    fit: float = 2.0
+
+    @property
+    def speed(self) -> float:
+        """How fast its wind changes besides its lines [m^2/s^3]."""
+        return _speed(self.belief.wind)
 
 
 class Aligner:
@@ -40,12 +63,12 @@ class Aligner:
         self.setup = setup
         self._keep = exp(-setup.period / MEMORY)
         self._rows: list[Array] = []
-        self._beliefs: list[Belief] = []
-        self._scores: list[float] = []
-        self._line_history: dict[int, float] = {}
-        self._fit = 2.0
-        self._snapshots: dict[int, tuple[Core, Array, float]] = {}
+        self._filters: dict[int, Running] = {}
+        self._best: list[float] = []  # score of the filter that led, and its log likelihood
+        self._history: list[float] = []
+        self._snapshots: dict[int, tuple[Core, Array]] = {}
         self._next = self._steps(FIRST_TIME)
+        self._changed = self._lines_from = self._next_from = 0
         self._q0, self._v0 = np.zeros(4), np.zeros(2)
         self._gyro_bias: Array | None = None
 
@@ -55,70 +78,105 @@ class Aligner:
     def step(self, reading: Array) -> None:
         """Take the next reading (30,), reference velocity and magnetic field NaN where missing."""
         self._rows.append(np.array(reading, float))
+        self._best.append(0.0)
+        self._history.append(0.0)
         count = len(self._rows)
         if count <= self._steps(LEVEL_TIME):
             if count == self._steps(LEVEL_TIME):
-                self._restart(list(BANK))
+                self._restart(dict(enumerate(BANK)))
             return
-        there = not missing(reading[VELOCITY])
-        for i, belief in enumerate(self._beliefs):
-            moved = predict(belief, self.setup, reading)
-            if there:
-                moved = update(moved, self.setup, reading[VELOCITY])
-                self._scores[i] = self._keep * self._scores[i] + moved.log_likelihood
-            self._beliefs[i] = take_bearing(moved, self.setup, reading[FIELD])
-        if self._has_lines and there:
-            self._line_history[count - 1] = self._beliefs[-1].log_likelihood
-            self._fit += self.setup.period / 5.0 * (self._beliefs[-1].misfit - self._fit)
+        self._run(reading)
+        if self._leading() >= FIRST_NEXT:
+            self._follow()
         if count % self._steps(SNAPSHOT_TIME) == 0:
-            best = int(np.argmax(self._merits))
-            belief = self._beliefs[best]
+            if count % self._steps(PREPARE_TIME) == 0:
+                self._prepare()
+            belief = self._filters[self._leading()].belief
             belief = belief if belief.off is None else anchor(belief)
             common = belief.core.size
-            self._snapshots[count] = (belief.core, belief.P[:common, :common], self._scores[best])
+            self._snapshots[count] = (belief.core, belief.P[:common, :common])
         self._recentre()
         if count >= self._next:
             self._check()
 
     def read(self) -> Answer | None:
         """Return the answer now; None in the first two seconds."""
-        if not self._beliefs:
+        if not self._filters:
             return None
-        merits = self._merits
-        if len(self._rows) < self._steps(FIRST_TIME):
-            merits = np.where([wind.markov_sd < BROAD_SD for wind in BANK], -np.inf, merits[: len(BANK)])
-        kept = np.flatnonzero(merits >= merits.max() - NEGLIGIBLE)
-        weights = np.exp(merits[kept] - merits.max())
-        return mix([answer(self._beliefs[i], self.setup) for i in kept], weights / weights.sum())
+        top = self._filters[self._leading()].score
+        kept = [one for i, one in self._filters.items() if self._says(i) and one.score > top - CHANGE_COST]
+        weights = np.exp([one.score - top for one in kept])
+        return mix([answer(one.belief, self.setup) for one in kept], weights / weights.sum())
+
+    def _says(self, place: int) -> bool:
+        """Whether a filter has a say: in the first seconds, and after a change, smooth winds pass for tilts."""
+        early = len(self._rows) - self._changed < self._steps(FIRST_TIME)
+        return not (early and place < FIRST_LINED and self._filters[place].belief.wind.markov_sd < BROAD_SD)
+
+    def _leading(self, end: int = FIRST_NEXT + len(NEXT)) -> int:
+        """Return the place of the filter with the highest score before ``end`` that has a say."""
+        return max((i for i in self._filters if i < end and self._says(i)), key=lambda i: self._filters[i].score)
 
     @property
-    def _has_lines(self) -> bool:
-        return len(self._beliefs) > len(BANK)
+    def _healthy(self) -> bool:
+        return self._filters[self._leading()].fit < HEALTHY
 
-    @property
-    def _merits(self) -> Array:
-        """Log weight of each filter."""
-        out: Array = np.array(self._scores) - np.append(RARER, 0.0)[: len(self._scores)]
-        return out
+    def _run(self, reading: Array) -> None:
+        """Take the newest reading with all filters."""
+        there = not missing(reading[VELOCITY])
+        for one in self._filters.values():
+            moved = predict(one.belief, self.setup, reading)
+            if there:
+                moved = update(moved, self.setup, reading[VELOCITY])
+                one.score = self._keep * one.score + moved.log_likelihood
+                one.fit += self.setup.period / 5.0 * (moved.misfit - one.fit)
+            one.belief = take_bearing(moved, self.setup, reading[FIELD])
+        best = self._filters[self._leading()]
+        self._history[-1] = best.belief.log_likelihood if there else 0.0
+        self._best[-1] = best.score
+        for i, one in self._filters.items():
+            if i >= FIRST_NEXT:
+                one.score = max(one.score, best.score - CHANGE_COST)
 
-    def _restart(self, winds: list[Wind]) -> None:
-        """Level, and run a filter with each wind over the whole record."""
+    def _restart(self, winds: dict[int, Wind]) -> None:
+        """Level, and run a filter with each wind, by place, over the whole record."""
         rows = np.array(self._rows[: self._steps(LEVEL_TIME)])
         first = self._gyro_bias is None
         self._q0 = level_attitude(rows, self._gyro_bias)
         self._v0 = first_velocity(rows[:, VELOCITY])
         for k in np.flatnonzero(~fair_fields(rows, self.setup, self._q0)) if first else ():
             self._rows[k][FIELD] = np.nan
-        self._beliefs, self._scores = [], []
-        for wind in winds:
-            belief, score, _ = self._replay(self._started(wind), 0, 0.0)
-            self._beliefs.append(belief)
-            self._scores.append(score - 3.0 * len(wind.omega))
+        self._filters = {i: self._run_from(wind, 0)[0] for i, wind in winds.items()}
 
     def _started(self, wind: Wind) -> Belief:
         """Return a belief at the start; after a recentring linear about the start."""
         belief = start(self.setup, wind, self._q0, self._v0, self._gyro_bias)
         return belief if self._gyro_bias is None else anchor(belief)
+
+    def _run_from(self, wind: Wind, first: int) -> tuple[Running, float]:
+        """Return a filter that has run from row ``first`` to now, and its plain log likelihood.
+
+        It begins at the start, or with what was known at a snapshot, past which the wind may have changed at any time.
+        In its first two seconds gusts are left out; later it judges them itself.
+        """
+        if first == 0:
+            belief, score = self._started(wind), 0.0
+        else:
+            belief, score = graft(*self._snapshots[first], wind), self._best[first - 1] - CHANGE_COST
+            belief = belief if self._gyro_bias is None else anchor(belief)
+        rows, careful, total = np.array(self._rows[first:]), self._steps(LEVEL_TIME), 0.0
+        odd = oddness(rows[:careful, VELOCITY])
+        use = np.concatenate([odd <= odd_limit(odd, self.setup.reference_sd), ~missing(rows[careful:, VELOCITY])])
+        for k, (row, used) in enumerate(zip(rows, use, strict=True), first):
+            belief = predict(belief, self.setup, row)
+            if used:
+                belief = update(belief, self.setup, row[VELOCITY])
+                score = self._keep * score + belief.log_likelihood
+                total += belief.log_likelihood
+            if first > 0:
+                score = max(score, self._best[k] - CHANGE_COST)
+            belief = take_bearing(belief, self.setup, row[FIELD])
+        return Running(belief, score - LINE_PRIOR * len(wind.omega)), total
 
     def _recentre(self) -> None:
         """With coarse gyros start over, few times, linear about the gyro bias found; later anchor now and again.
@@ -132,63 +190,77 @@ class Aligner:
         if count in [self._steps(time) for time in RECENTRE_TIMES]:
             said = self.read()
             self._gyro_bias = None if said is None else said.gyro_bias
-            self._restart([belief.wind for belief in self._beliefs])
+            self._restart({i: one.belief.wind for i, one in self._filters.items()})
         if count >= self._steps(ANCHOR_TIME) and (count - self._steps(ANCHOR_TIME)) % self._steps(ANCHOR_EVERY) == 0:
-            self._beliefs = [anchor(belief) for belief in self._beliefs]
-
-    def _replay(self, belief: Belief, first: int, score: float) -> tuple[Belief, float, float]:
-        """Run a fresh belief from row ``first`` to now; return it, its score and its plain log likelihood.
-
-        In its first two seconds gusts are left out; later it judges them itself.
-        """
-        rows, careful, total = np.array(self._rows[first:]), self._steps(LEVEL_TIME), 0.0
-        odd = oddness(rows[:careful, VELOCITY])
-        use = np.concatenate([odd <= odd_limit(odd, self.setup.reference_sd), ~missing(rows[careful:, VELOCITY])])
-        for row, used in zip(rows, use, strict=True):
-            belief = predict(belief, self.setup, row)
-            if used:
-                belief = update(belief, self.setup, row[VELOCITY])
-                score = self._keep * score + belief.log_likelihood
-                total += belief.log_likelihood
-            belief = take_bearing(belief, self.setup, row[FIELD])
-        return belief, score, total
+            for one in self._filters.values():
+                one.belief = anchor(one.belief)
 
     def _check(self) -> None:
         count = len(self._rows)
         time = count * self.setup.period
         if time < EARLY_TIME + 0.05:
             self._propose(0)
-        elif not (self._beliefs[-1].lines and int(np.argmax(self._merits)) == len(BANK) and self._fit < HEALTHY):
-            self._propose(count - self._steps(EARLY_TIME))
-            self._propose(count - self._steps(SHORT_WINDOW))
+        else:
+            held = self._leading() >= FIRST_LINED and self._healthy
+            young = (count - self._lines_from) * self.setup.period < EARLY_TIME + 0.05
+            if held and young:
+                self._propose(self._lines_from)  # its window still grows
+            if not held or young:
+                self._propose(count - self._steps(SHORT_WINDOW))
+            if not held:
+                self._propose(count - self._steps(EARLY_TIME))
+        self._prune()
         wait = 1.0 if time < 19.9 else 5.0 if time < 29.9 else 10.0
         self._next = count + self._steps(wait)
 
     def _propose(self, first: int) -> None:
-        """Look for lines from row ``first`` to now and let a filter with them compete.
+        """Look for lines from row ``first`` to now and let filters with them compete."""
+        core = self._started(Wind(0.0, 1.0)).core if first == 0 else self._snapshots[first][0]
+        winds = identify(self._window(core, first))
+        if not winds:
+            return
+        likeliest, total = self._run_from(winds[0], first)
+        now, past = len(self._rows), sum(self._history[first:])
+        early = first == self._lines_from and (now - first) * self.setup.period < REFIT_UNTIL + 0.5 * self.setup.period
+        if not early and total < past + 5.0 + LINE_PRIOR * len(winds[0].omega):
+            return
+        others = [self._run_from(wind, first)[0] for wind in winds[1:]]
+        self._filters = {i: one for i, one in self._filters.items() if not FIRST_LINED <= i < FIRST_NEXT}
+        self._filters.update(enumerate([likeliest, *others], FIRST_LINED))
+        self._lines_from = first
+        if total > past:
+            self._history[first:] = [total / (now - first)] * (now - first)
 
-        Where lines held until then, also one without: it starts from what they taught, as no filter of the bank does.
+    def _prepare(self) -> None:
+        """Have filters ready for winds that may come next.
+
+        They start from what the best knew ten seconds ago, before any change that does not show yet.
         """
-        fresh = self._started(Wind(0.0, 1.0)).core
-        core, P, score = self._snapshots.get(first, (fresh, np.zeros((0, 0)), 0.0))
-        wind = identify(self._window(core, first))
-        if not wind.omega and (first == 0 or not self._has_lines):
+        count, best = len(self._rows), self._filters[self._leading()]
+        old = count - self._next_from >= self._steps(CHANGE_FROM)
+        if count < self._steps(CHANGE_FROM) or not (self._healthy or old):
             return
-        if first == 0:
-            belief = self._started(wind)
-        else:
-            belief = graft(core, P, wind)
-            belief = belief if self._gyro_bias is None else anchor(belief)
-        belief, score, total = self._replay(belief, first, score)
-        now = len(self._rows)
-        past = sum(self._line_history.get(k, 0.0) for k in range(first, now))
-        early = now * self.setup.period < REFIT_UNTIL + 0.5 * self.setup.period
-        lines = len(wind.omega)
-        if self._has_lines and not early and total < past + 5.0 + 3.0 * lines:
-            return
-        self._beliefs[len(BANK) :], self._scores[len(BANK) :] = [belief], [score - 3.0 * lines]
-        self._fit = 2.0
-        self._line_history.update(dict.fromkeys(range(first, now), total / (now - first)))
+        first = count - self._steps(SNAPSHOT_TIME)
+        for i, wind in enumerate(NEXT, FIRST_NEXT):
+            self._filters.pop(i, None)
+            if _speed(wind) > FASTER * best.speed:
+                self._filters[i] = self._run_from(wind, first)[0]
+        self._next_from = first
+
+    def _follow(self) -> None:
+        """The wind has changed: the bank starts anew from what was known before."""
+        lined = {i: one for i, one in self._filters.items() if FIRST_LINED <= i < FIRST_NEXT}
+        bank = {i: self._run_from(wind, self._next_from)[0] for i, wind in enumerate(BANK)}
+        self._filters = {**bank, **lined}
+        self._changed = len(self._rows)
+
+    def _prune(self) -> None:
+        """Stop filters far worse than the best; those of the bank than the best of the bank, in case lines deceive."""
+        best = self._filters[self._leading()].score
+        of_bank = self._filters[self._leading(FIRST_LINED)].score
+        for i, one in list(self._filters.items()):
+            if i < FIRST_NEXT and one.score < (of_bank if i < FIRST_LINED else best) - NEGLIGIBLE:
+                del self._filters[i]
 
     def _window(self, core: Core, first: int) -> Window:
         """Average what the reference velocity says beyond free motion from ``core``."""
@@ -209,6 +281,10 @@ class Aligner:
         return Window(mean, count / group, period, noise_sd, _drift_sd(self.setup, n * period))
 
 
+def _speed(wind: Wind) -> float:
+    return 2.0 * wind.markov_sd**2 / wind.markov_time
+
+
 def _drift_sd(setup: AlignSetup, span: float) -> Array:
     """Return the size of each Legendre coefficient (5,) [m/s] over ``span`` [s].
 
@@ -217,27 +293,3 @@ def _drift_sd(setup: AlignSetup, span: float) -> Array:
     bend = setup.gravity * np.hypot(setup.gyro_bias_sd, 6e-5) * span**2 / 12
     walk = setup.gravity * setup.gyro_bias_walk * span**2.5 / 45
     return np.array([3.0, 3.0, bend + 1e-4, walk + 1e-4, 0.5 * walk + 1e-4])
-
-
-def identify(window: Window) -> Wind:
-    """Return the wind with the most evidence: the likeliest without lines, then less Markov noise and more lines."""
-    values = [alone(window, wind.markov_sd, wind.markov_time) for wind in BANK]
-    level, best = 0, values[0]
-    for i, value in enumerate(values):
-        if value > best:
-            best, level = value, i if i < LEVELS else level
-    kept = search(window, BANK[level].markov_sd, BANK[level].markov_time, best)
-    for i in range(level - 1, -1, -1):
-        found = search(window, BANK[i].markov_sd, BANK[i].markov_time, kept.evidence, kept)
-        if not found.evidence > kept.evidence:
-            break
-        kept, level = found, i
-    return _as_wind(kept, BANK[level], window.span)
-
-
-def _as_wind(found: Spectrum, around: Wind, span: float) -> Wind:
-    omega_sd = np.minimum(3.0 * found.omega_sd, 0.4 * found.omega)
-    if around.markov_sd == 0:
-        # A line not yet told from its neighbour leaves a remainder that shrinks as the window grows.
-        around = Wind(0.05 * min(FIRST_TIME / span, 1.0) ** 3, 2.0)
-    return replace(around, omega=tuple(found.omega.tolist()), omega_sd=tuple(omega_sd.tolist()))

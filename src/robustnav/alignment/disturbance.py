@@ -7,10 +7,11 @@ from math import pi
 
 import numpy as np
 
-from robustnav.alignment.bank import FIRST_TIME, identify
+from robustnav.alignment.bank import FIRST_TIME
+from robustnav.alignment.identify import likeliest
 from robustnav.alignment.level import missing, odd_limit, oddness
-from robustnav.alignment.lines import MOST_SAMPLES, POLY, Window, alone
-from robustnav.alignment.setting import BANK, AlignSetup
+from robustnav.alignment.lines import MOST_SAMPLES, POLY, Window
+from robustnav.alignment.setting import AlignSetup
 from robustnav.frames import Array
 from robustnav.records import BoolArray
 
@@ -63,9 +64,7 @@ def disturbance_of(reference: Array, setup: AlignSetup) -> Disturbance | None:
     odd = oddness(z)
     use = there & (odd <= odd_limit(odd, setup.reference_sd))
     window = _window(z, use, setup)
-    wind = identify(window)
-    if not wind.omega:
-        wind = BANK[int(np.argmax([alone(window, one.markov_sd, one.markov_time) for one in BANK]))]
+    wind = likeliest(window)
     mean, amplitude = _fitted(z, use, np.array(wind.omega), setup.period)
     order = np.argsort(wind.omega)
     return Disturbance(

@@ -136,11 +136,18 @@ def start(setup: AlignSetup, wind: Wind, q0: Array, v0: Array, gyro_bias: Array 
     x[:2] = v0
     if gyro_bias is not None:
         x[2:5] = gyro_bias
-    return graft(Core(np.asarray(q0, float), x), np.diag(np.square(sd)), wind)
+    return with_wind(Core(np.asarray(q0, float), x), np.diag(np.square(sd)), wind)
 
 
 def graft(core: Core, P: Array, wind: Wind) -> Belief:
-    """Return a belief with the common states and their covariance ``P``, and the wind from its prior."""
+    """Return a belief that knows the common states with covariance ``P`` and nothing of the wind, its mean included."""
+    P = P.copy()
+    P[[VELOCITY, VELOCITY + 1], [VELOCITY, VELOCITY + 1]] += VELOCITY_SD**2
+    return with_wind(core, P, wind)
+
+
+def with_wind(core: Core, P: Array, wind: Wind) -> Belief:
+    """Return a belief with the common states and their covariance ``P``, and the wind's own from its prior."""
     d, sd = [], []
     for omega, omega_sd in zip(wind.omega, wind.omega_sd, strict=True):
         d += [0.0, 0.0, 0.0, 0.0, omega]

@@ -97,6 +97,12 @@ def alone(window: Window, markov_sd: float, markov_time: float) -> float:
     return seen.base + seen.evidence(np.zeros(0))
 
 
+def given(window: Window, markov_sd: float, markov_time: float, lines: Spectrum) -> float:
+    """Return the log evidence of given lines in another noise."""
+    seen = Whitened(window, markov_sd, markov_time)
+    return seen.base + seen.evidence(lines.omega) - LINE_COST * len(lines.omega)
+
+
 def search(window: Window, markov_sd: float, markov_time: float, goal: float, known: Spectrum = NO_LINES) -> Spectrum:
     """Return the lines with the most evidence, starting from those known.
 

@@ -165,19 +165,18 @@ class Wind:
     omega_sd: tuple[float, ...] = ()
 
 
-# Winds without lines that are always tried, and the log of how much rarer each is: slow ones look like tilt, they must
-# earn their place.  The first LEVELS, quiet to loud, are also tried as the noise around lines.
-BANK = (
-    Wind(0.0, 4.0),
-    Wind(0.1, 2.0),
-    Wind(0.2, 4.0),
-    Wind(0.5, 4.0),
-    Wind(1.5, 4.0),
-    Wind(0.5, 1.0),
-    Wind(0.15, 16.0),
-    Wind(0.4, 16.0),
-    Wind(1.0, 16.0),
-)
-RARER = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0])
-LEVELS = 5
+def _bank() -> tuple[Wind, ...]:
+    """Return no wind, then of each correlation time [s] those that change by 2 sd^2 / time = 0.00125 2^k [m^2/s^3].
+
+    Readings show the rate of change well and the time badly, and tilt is told from slow wind alone.
+    """
+    speeds = {1.0: range(2, 12), 3.0: range(1, 12), 9.0: range(10), 27.0: range(8)}
+    winds = [Wind(sqrt(0.5 * 0.00125 * 2.0**k * time), time) for time, powers in speeds.items() for k in powers]
+    return (Wind(0.0, 4.0), *winds)
+
+
+BANK = _bank()
+AROUND = tuple(Wind(sd, 4.0) for sd in (0.0, 0.035, 0.07, 0.14, 0.28, 0.56, 1.5))  # noise tried while lines are sought
+NEXT = (Wind(0.5, 4.0), Wind(1.5, 4.0))  # winds that may come next
 MOST_LINES = 5
+LINED = 8  # filters with the lines found, each in another noise

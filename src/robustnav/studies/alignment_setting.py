@@ -36,8 +36,13 @@ COMPARED = {
 CHANGING = {
     "changing": "lines, after 100 s the Gauss-Markov wind",
     "changing-back": "the Gauss-Markov wind, after 100 s lines",
+    "changing-mean": "lines, after 100 s about another mean, with other phases",
 }
-WINDS = COMPARED | CHANGING
+OTHER = {
+    "markov-strong": "a Gauss-Markov wind of 1 m/s and 8 s, no lines",
+    "lines-markov": "lines and a Gauss-Markov wind of 0.2 m/s and 4 s",
+}
+WINDS = COMPARED | CHANGING | OTHER
 LATITUDES_DEG = (0.0, 45.0, 75.0)
 UNITS = ("s", "h")  # of the gyro errors: 0.01 deg/s, 0.01 deg/h
 OURS = "align"
@@ -104,8 +109,8 @@ def all_cases() -> tuple[Case, ...]:
     names = scenario_names()
     compared = [Case(n, wind) for wind in COMPARED for n in names if wind != "printed" or n.startswith("s-")]
     near = [next(n for n in names if n.startswith(f"{unit}-")) for unit in UNITS]
-    changing = [Case(n, wind) for wind in CHANGING for n in near]
-    return (*compared, *changing, *(Case(n, latitude_deg=deg) for deg in LATITUDES_DEG for n in near))
+    others = [Case(n, wind) for wind in CHANGING | OTHER for n in near]
+    return (*compared, *others, *(Case(n, latitude_deg=deg) for deg in LATITUDES_DEG for n in near))
 
 
 def stations(cases: Iterable[Case]) -> list[tuple[Case, ...]]:
