@@ -46,7 +46,7 @@ class Disturbance:
         named = ", ".join(f"{period:.3g} s ({size:.2f} m/s)" for period, size in lines)
         said.append(f"lines with periods of {named}" if named else "no lines")
         if self.markov_sd >= LEAST_MARKOV:
-            said.append(f"wanders by about {self.markov_sd:g} m/s within {self.markov_time:g} s")
+            said.append(f"wanders by about {self.markov_sd:.2g} m/s within {self.markov_time:g} s")
         if self.gust_share > LEAST_GUSTS:
             said.append(f"{100 * self.gust_share:.1f} % of the readings stand out as gusts")
         return f"{'; '.join(said)}. Found in the last {self.span:.0f} s."
