@@ -21,8 +21,8 @@ static const real MEMORY = R(150.0);     /* s, forgetting of likelihood */
 static const real BROAD_SD = R(0.5);     /* m/s: winds below it have no say before FIRST_TIME */
 static const real REFIT_UNTIL = R(40.0); /* s: until then new lines always replace the old */
 static const real COARSE = R(1e-3);      /* rad/s: gyro biases beyond it are taken off the record as soon as they are known */
+static const real COARSE_BOTH = R(1e-6); /* rad/s: or times the accelerometer's, as a share of gravity */
 static const real RECENTRE_TIME[] = {R(5.0), R(12.0), R(30.0)};
-static const real ANCHOR_TIME = R(45.0), ANCHOR_EVERY = R(15.0); /* s */
 static const real HEALTHY = R(2.6);      /* smoothed misfit, 2 expected */
 static const real NEGLIGIBLE = R(20.0);  /* nats below the best */
 static const real LINE_PRIOR = R(3.0);   /* nats, of a line whose frequency was found in what is judged */
@@ -109,23 +109,17 @@ static void restart(RN(align) * a)
 }
 
 /* While the bias of coarse gyros is learned, attitude and its turns move with every reading, and what moves seems to tell
- * tilt from the accelerometer's bias.  So, few times: start over, linear about that bias; then, now and again, about what
- * is estimated. */
+ * tilt from the accelerometer's bias.  So, few times: start over, linear about the gyro bias found. */
 static void recentre(RN(align) * a)
 {
-    const int again = a->count - steps(a, ANCHOR_TIME);
+    const RN(align_setup) *s = &a->setup;
     RN(align_answer) said;
-    if (!(a->setup.gyro_bias_sd > COARSE)) return;
-    if (a->recentred < RECENTRES && a->count == steps(a, RECENTRE_TIME[a->recentred])) {
-        RN(align_read)(a, &said);
-        memcpy(a->origin.gyro_bias, said.gyro_bias, sizeof said.gyro_bias);
-        a->recentred++;
-        restart(a);
-    }
-    if (again < 0 || again % steps(a, ANCHOR_EVERY) != 0) return;
-    for (int i = 0; i < END; i++) {
-        if (a->on[i]) RN(align_filter_anchor)(&a->filter[i]);
-    }
+    if (!(s->gyro_bias_sd > COARSE || s->gyro_bias_sd * s->accel_bias_sd > COARSE_BOTH * s->gravity)) return;
+    if (a->recentred == RECENTRES || a->count != steps(a, RECENTRE_TIME[a->recentred])) return;
+    RN(align_read)(a, &said);
+    memcpy(a->origin.gyro_bias, said.gyro_bias, sizeof said.gyro_bias);
+    a->recentred++;
+    restart(a);
 }
 
 /* Look for lines in [start, now) and let filters with them compete. */
@@ -135,7 +129,7 @@ static void propose(RN(align) * a, int start)
     const real age = (real)(now - start) * a->setup.period;
     RN(align_wind) wind[RN_ALIGN_LINED];
     real total, past = R(0.0);
-    RN(align_fill_window)(a, start == 0 ? &a->origin : &snapshot_at(a, start)->core, start, now);
+    RN(align_fill_window)(a, start == 0 ? &a->origin : &snapshot_at(a, start)->estimate, start, now);
     const int found = RN(align_identify)(&a->window, wind);
     if (found == 0) return;
     const real score = run_from(a, &a->trial, &wind[0], start, &total);
@@ -198,12 +192,12 @@ static void prune(RN(align) * a)
 
 static void keep_snapshot(RN(align) * a)
 {
-    RN(align_filter) *f = &a->trial;
+    const RN(align_filter) *f = &a->filter[leading(a, 0, END)];
     RN(align_snapshot) *s = &a->snapshot[a->count / steps(a, SNAPSHOT_TIME) % RN_ALIGN_SNAPSHOTS];
-    *f = a->filter[leading(a, 0, END)];
-    if (f->anchored) RN(align_filter_anchor)(f);
     s->core = f->core;
     s->anchored = f->anchored;
+    memcpy(s->off, f->off, sizeof s->off);
+    RN(align_filter_estimate)(f, &s->estimate);
     for (int i = 0; i < f->common; i++) memcpy(s->P + i * f->common, f->P + i * f->n, (size_t)f->common * sizeof(real));
 }
 

@@ -92,10 +92,10 @@ typedef struct {
 } RN(align_answer);
 
 typedef struct {
-    RN(align_core) core;
+    RN(align_core) core, estimate;
     int anchored;
+    real off[RN_ALIGN_COMMON];
     real P[RN_ALIGN_COMMON * RN_ALIGN_COMMON];
-    real score;
 } RN(align_snapshot);
 
 /* Lines in a window: evidence of the best set. */

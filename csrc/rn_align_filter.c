@@ -75,6 +75,7 @@ void RN(align_filter_graft)(RN(align_filter) * f, const RN(align_setup) * s, con
     const int common = f->common;
     f->core = from->core;
     f->anchored = from->anchored;
+    memcpy(f->off, from->off, sizeof f->off);
     for (int i = 0; i < common; i++) memcpy(f->P + i * f->n, from->P + i * common, (size_t)common * sizeof(real));
     for (int i = RN_ALIGN_VELOCITY; i < RN_ALIGN_GYRO; i++) f->P[i * f->n + i] += VELOCITY_SD * VELOCITY_SD; /* another mean wind */
 }
@@ -260,45 +261,9 @@ void RN(align_filter_estimate)(const RN(align_filter) * f, RN(align_core) * x)
     product(e, x->q, x->q);
 }
 
-/* A tilt that stays with the body turns in the axes of an anchor that turns about down too fast, as if by a bias of the
- * gyros about level axes: what the anchor's turn is corrected by, that bias loses. */
-static void take_turn_off(RN(align_filter) * f)
-{
-    const int n = f->n;
-    real C[9], *P = f->P, *bias = f->off + RN_ALIGN_GYRO;
-    matrix(f->core.q, C);
-    const real down = C[6] * bias[0] + C[7] * bias[1] + C[8] * bias[2];
-    const real B[3][2] = {{down * C[3], -down * C[0]}, {down * C[4], -down * C[1]}, {down * C[5], -down * C[2]}};
-    for (int i = 0; i < 3; i++) {
-        real *row = P + (RN_ALIGN_GYRO + i) * n;
-        bias[i] += B[i][0] * f->off[0] + B[i][1] * f->off[1];
-        for (int j = 0; j < n; j++) row[j] += B[i][0] * P[j] + B[i][1] * P[n + j];
-    }
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < n; j++) P[j * n + RN_ALIGN_GYRO + i] += B[i][0] * P[j * n] + B[i][1] * P[j * n + 1];
-    }
-}
-
-/* Anchor at what is estimated now.  The errors of the biases turn with the attitude: what was learned of them is how they
- * add to its error. */
+/* Make all linear about the state as it is. */
 void RN(align_filter_anchor)(RN(align_filter) * f)
 {
-    const real turn[3] = {R(0.0), R(0.0), f->off[RN_ALIGN_TURN + 2]};
-    real e[4], Z[9], before[9], after[9], back[9], M[9];
-    if (f->anchored) {
-        take_turn_off(f);
-        exponential(turn, e);
-        matrix(e, Z);
-        product(e, f->core.q, e);
-        matrix(e, before);
-        RN(align_filter_estimate)(f, &f->core);
-        matrix(f->core.q, after);
-        for (int i = 0; i < 9; i++) back[i] = after[i % 3 * 3 + i / 3];
-        times_matrix(back, before, M);
-        carry(f, RN_ALIGN_TURN, Z);
-        carry(f, RN_ALIGN_GYRO, M);
-        carry(f, RN_ALIGN_ACCEL, M);
-    }
     memset(f->off, 0, sizeof f->off);
     f->anchored = 1;
 }

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from robustnav.alignment import align, reading_rows
 from robustnav.alignment.compass import bearing, fair_fields, take_bearing
-from robustnav.alignment.filter import COMPASS, RATE, graft, predict, start, update
+from robustnav.alignment.filter import COMPASS, RATE, predict, start, update, with_wind
 from robustnav.alignment.heading import answer
 from robustnav.alignment.readings import FIELD, VELOCITY
 from robustnav.alignment.setting import AlignSetup, Wind
@@ -105,7 +105,7 @@ def test_the_row_is_that_of_the_model():
     belief = start(setup, Wind(0.0, 4.0), q, np.zeros(2))
     core = replace(belief.core, x=x, north=azimuth + 0.2, steepness=1.7)
     P = np.diag(np.r_[[1e-10] * 2, 1e-4, [1e-8] * 8, [1e-12] * 2, 1e-4, [0.0] * 2])
-    belief = graft(core, P[:14, :14], belief.wind)
+    belief = with_wind(core, P[:14, :14], belief.wind)
     same = take_bearing(belief, setup, field)
     np.testing.assert_allclose(same.core.x, x, atol=1e-9)
     assert same.P[2, 2] < belief.P[2, 2]
@@ -117,7 +117,7 @@ def test_the_row_is_that_of_the_model():
         P = np.diag(np.r_[[1e-16] * 11, [1e-22] * 2, 1e-16, [0.0] * 2])
         P[j, j] = (10 * step) ** 2
         tight = replace(setup, compass_sd=1e-4 * DEG)
-        after = take_bearing(graft(moved, P[:14, :14], belief.wind), tight, field)
+        after = take_bearing(with_wind(moved, P[:14, :14], belief.wind), tight, field)
         back = np.r_[2 * quat_multiply(after.core.q, quat_conjugate(q))[1:], after.core.x - x]
         assert abs(back[j]) < 0.03 * step
 

@@ -14,6 +14,7 @@ from robustnav.alignment.filter import (
     Core,
     anchor,
     core_transition,
+    graft,
     inject,
     observation,
     predict,
@@ -27,7 +28,7 @@ from robustnav.alignment.setting import Wind
 from robustnav.engine import _kernel
 from robustnav.frames import matrix_from_quat, quat_conjugate, quat_from_rotvec, quat_multiply, rotvec_from_quat
 
-from .conftest import COARSE, FINE, Case, increments_at_rest, make_case, setup_of, tilt_of
+from .conftest import COARSE, FINE, Case, make_case, setup_of, tilt_of
 
 TWO_LINES = Wind(0.1, 2.0, (0.7, 1.9), (0.1, 0.05))
 
@@ -138,44 +139,15 @@ def test_what_an_anchored_filter_claims_does_not_depend_on_what_it_reads():
     np.testing.assert_array_equal(calm.core.gyro_bias, [0.02, -0.01, 0.03])
 
 
-def test_moving_the_anchor_leaves_the_answer():
+def test_a_graft_on_an_anchored_belief_knows_what_that_knew():
     case = make_case(setup_of(COARSE, gyro_bias_sd=0.05, accel_bias_sd=0.45), 8, 8.0, "none")
-    before = anchored_run(case, 1.0)
-    before.off[2] += 0.7
-    after = anchor(before)
-    assert np.linalg.norm(before.off[:2]) > 0.01 and not after.off.any()
-    said = [answer(belief, case.setup) for belief in (before, after)]
-    for name in ("heading", "heading_var", "concentration", "wind"):
-        np.testing.assert_allclose(getattr(said[1], name), getattr(said[0], name), atol=1e-9, err_msg=name)
-    others = np.r_[:2, 5:10]
-    np.testing.assert_allclose(after.core.x[others], before.estimate.x[others], atol=1e-12)
-    turn = matrix_from_quat(quat_from_rotvec([0.0, 0.0, before.turn]))[:2, :2]
-    np.testing.assert_allclose(said[1].tilt_cov, turn @ said[0].tilt_cov @ turn.T, rtol=1e-9)
-    np.testing.assert_allclose(said[1].tilt, turn @ said[0].tilt, atol=1e-9)
-    # How a bias of the accelerometer adds to a tilt is what was learned.
-    C = [matrix_from_quat(quat_multiply(quat_from_rotvec([0.0, 0.0, before.turn]), before.core.q))]
-    C.append(matrix_from_quat(after.core.q))
-    seen = [C[k] @ belief.P[8:11, 8:11] @ C[k].T for k, belief in enumerate((before, after))]
-    np.testing.assert_allclose(seen[1], seen[0], rtol=1e-9, atol=1e-12)
-
-
-def test_moving_the_anchor_leaves_a_tilt_with_the_body():
-    """A base that stands, a tilt hidden by the accelerometer, an anchor that turns by itself."""
-    setup, q, hidden, spin = setup_of(COARSE), quat_from_rotvec([0.1, 0.2, 0.7]), np.array([0.4, -0.3, 0.0]), 0.035
-    C, still = matrix_from_quat(q), np.zeros((31, 3))
-    force = C @ hidden
-    before = anchor(start(setup, Wind(0.1, 4.0), q, np.zeros(2)))
-    before.off[:2] = np.array([force[1], -force[0]]) / setup.gravity
-    before.off[8:11] = hidden
-    # The balance turns with the anchor: C_a b about down, and the tilt with it.
-    before.off[5:8] = spin * C[2] + C.T @ np.append(-spin * force[:2], 0.0) / setup.gravity
-    after, ahead = anchor(before), []
-    increments = increments_at_rest(setup, np.tile(q, (32, 1)), still + spin * C[2], still)
-    for belief in (before, after):
-        for row in reading_rows(increments, still[:, :2]):
-            belief = predict(belief, setup, row)
-        ahead.append(np.linalg.norm(belief.estimate.velocity))
-    assert np.max(ahead) < 0.02
+    known = anchored_run(case, 1.0)
+    grafted = graft(known, Wind(0.3, 2.0, (1.0,), (0.1,)))
+    assert np.linalg.norm(known.off[:2]) > 0.01
+    np.testing.assert_array_equal(grafted.estimate.q, known.estimate.q)
+    np.testing.assert_array_equal(grafted.estimate.x, known.estimate.x)
+    free = np.diag([*np.zeros(3), 9.0, 9.0, *np.zeros(8)])
+    np.testing.assert_allclose(grafted.P[:13, :13], known.P[:13, :13] + free)
 
 
 def test_mean_wind_teaches_no_heading():

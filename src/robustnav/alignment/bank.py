@@ -32,8 +32,8 @@ MEMORY = 150.0  # s, forgetting of likelihood
 BROAD_SD = 0.5  # m/s: winds below it have no say before FIRST_TIME
 REFIT_UNTIL = 40.0  # s: until then new lines always replace the old
 COARSE = 1e-3  # rad/s: gyro biases beyond it are taken off the record as soon as they are known
+COARSE_BOTH = 1e-6  # rad/s: or times the accelerometer's, as a share of gravity
 RECENTRE_TIMES = (5.0, 12.0, 30.0)  # s
-ANCHOR_TIME, ANCHOR_EVERY = 45.0, 15.0  # s
 HEALTHY = 2.6  # smoothed misfit, 2 expected
 NEGLIGIBLE = 20.0  # nats below the best
 LINE_PRIOR = 3.0  # nats, of a line whose frequency was found in what is judged
@@ -66,7 +66,7 @@ class Aligner:
         self._filters: dict[int, Running] = {}
         self._best: list[float] = []  # score of the filter that led, and its log likelihood
         self._history: list[float] = []
-        self._snapshots: dict[int, tuple[Core, Array]] = {}
+        self._snapshots: dict[int, Belief] = {}
         self._next = self._steps(FIRST_TIME)
         self._changed = self._lines_from = self._next_from = 0
         self._q0, self._v0 = np.zeros(4), np.zeros(2)
@@ -91,10 +91,7 @@ class Aligner:
         if count % self._steps(SNAPSHOT_TIME) == 0:
             if count % self._steps(PREPARE_TIME) == 0:
                 self._prepare()
-            belief = self._filters[self._leading()].belief
-            belief = belief if belief.off is None else anchor(belief)
-            common = belief.core.size
-            self._snapshots[count] = (belief.core, belief.P[:common, :common])
+            self._snapshots[count] = self._filters[self._leading()].belief
         self._recentre()
         if count >= self._next:
             self._check()
@@ -162,8 +159,7 @@ class Aligner:
         if first == 0:
             belief, score = self._started(wind), 0.0
         else:
-            belief, score = graft(*self._snapshots[first], wind), self._best[first - 1] - CHANGE_COST
-            belief = belief if self._gyro_bias is None else anchor(belief)
+            belief, score = graft(self._snapshots[first], wind), self._best[first - 1] - CHANGE_COST
         rows, careful, total = np.array(self._rows[first:]), self._steps(LEVEL_TIME), 0.0
         odd = oddness(rows[:careful, VELOCITY])
         use = np.concatenate([odd <= odd_limit(odd, self.setup.reference_sd), ~missing(rows[careful:, VELOCITY])])
@@ -179,21 +175,19 @@ class Aligner:
         return Running(belief, score - LINE_PRIOR * len(wind.omega)), total
 
     def _recentre(self) -> None:
-        """With coarse gyros start over, few times, linear about the gyro bias found; later anchor now and again.
+        """With large biases start over, few times, linear about the gyro bias found.
 
         While a large gyro bias is learned, attitude and its turns move with every reading, and what moves seems to tell
         tilt from the bias of the accelerometer.
         """
-        if not self.setup.gyro_bias_sd > COARSE:
+        setup = self.setup
+        both = setup.gyro_bias_sd * setup.accel_bias_sd
+        if not (setup.gyro_bias_sd > COARSE or both > COARSE_BOTH * setup.gravity):
             return
-        count = len(self._rows)
-        if count in [self._steps(time) for time in RECENTRE_TIMES]:
+        if len(self._rows) in [self._steps(time) for time in RECENTRE_TIMES]:
             said = self.read()
             self._gyro_bias = None if said is None else said.gyro_bias
             self._restart({i: one.belief.wind for i, one in self._filters.items()})
-        if count >= self._steps(ANCHOR_TIME) and (count - self._steps(ANCHOR_TIME)) % self._steps(ANCHOR_EVERY) == 0:
-            for one in self._filters.values():
-                one.belief = anchor(one.belief)
 
     def _check(self) -> None:
         count = len(self._rows)
@@ -215,7 +209,7 @@ class Aligner:
 
     def _propose(self, first: int) -> None:
         """Look for lines from row ``first`` to now and let filters with them compete."""
-        core = self._started(Wind(0.0, 1.0)).core if first == 0 else self._snapshots[first][0]
+        core = self._started(Wind(0.0, 1.0)).core if first == 0 else self._snapshots[first].estimate
         winds = identify(self._window(core, first))
         if not winds:
             return

@@ -139,11 +139,11 @@ def start(setup: AlignSetup, wind: Wind, q0: Array, v0: Array, gyro_bias: Array 
     return with_wind(Core(np.asarray(q0, float), x), np.diag(np.square(sd)), wind)
 
 
-def graft(core: Core, P: Array, wind: Wind) -> Belief:
-    """Return a belief that knows the common states with covariance ``P`` and nothing of the wind, its mean included."""
-    P = P.copy()
+def graft(known: Belief, wind: Wind) -> Belief:
+    """Return a belief that knows the common states as another, and nothing of the wind, its mean included."""
+    P = known.P[: known.core.size, : known.core.size].copy()
     P[[VELOCITY, VELOCITY + 1], [VELOCITY, VELOCITY + 1]] += VELOCITY_SD**2
-    return with_wind(core, P, wind)
+    return replace(with_wind(known.core, P, wind), off=known.off)
 
 
 def with_wind(core: Core, P: Array, wind: Wind) -> Belief:
@@ -266,23 +266,8 @@ def inject(belief: Belief, dx: Array) -> Belief:
 
 
 def anchor(belief: Belief) -> Belief:
-    """Return the belief anchored at what it estimates.
-
-    A tilt that stays with the body turns in the axes of an anchor that turns about down too fast, as if by a bias of
-    the gyros about level axes: what the anchor's turn is corrected by, that bias loses.  The errors of the biases turn
-    with the attitude: what was learned of them is how they add to its error.
-    """
-    common = belief.core.size
-    if belief.off is None:
-        return replace(belief, off=np.zeros(common))
-    C, carried = matrix_from_quat(belief.core.q), np.eye(len(belief.P))
-    carried[GYRO:ACCEL, :3] = C.T @ skew(np.array([0.0, 0.0, C[2] @ belief.off[GYRO:ACCEL]]))
-    belief = replace(belief, off=carried[:common, :common] @ belief.off, P=carried @ belief.P @ carried.T)
-    core, G, turn = belief.estimate, np.eye(len(belief.P)), _about_down(belief.turn)
-    before = matrix_from_quat(_product(turn, belief.core.q))
-    G[:3, :3] = matrix_from_quat(turn)
-    G[GYRO:ACCEL, GYRO:ACCEL] = G[ACCEL:RATE, ACCEL:RATE] = matrix_from_quat(core.q).T @ before
-    return replace(belief, core=core, P=G @ belief.P @ G.T, off=np.zeros(common))
+    """Return a fresh belief that is linear about its start, and the free motion from there."""
+    return replace(belief, off=np.zeros(belief.core.size))
 
 
 def _moved(core: Core, dx: Array) -> Core:
