@@ -5,7 +5,7 @@
 
 enum { LEVELS = 7, TIMES = 4 };
 
-/* The bank: a wind's correlation time [s], and how fast it changes: 2 sd^2 / time = SLOWEST 2^k, k from first to last.
+/* The bank: a wind's correlation time [s], and how fast it changes: 2 sd^2 / time = SLOWEST 2^k, k from SLOW to FAST.
  * Readings show the rate of change well and the time badly, and tilt is told from slow wind alone. */
 static const real SLOWEST = R(0.00125); /* m^2/s^3 */
 static const real TIME[TIMES] = {R(1.0), R(3.0), R(9.0), R(27.0)};
@@ -15,7 +15,7 @@ static const real AROUND_TIME = R(4.0); /* s */
 static const real AROUND[LEVELS] = {R(0.0), R(0.035), R(0.07), R(0.14), R(0.28), R(0.56), R(1.5)}; /* m/s, tried about lines */
 static const real WIDE[RN_ALIGN_NEXT] = {R(0.5), R(1.5)}; /* m/s */
 static const real POSSIBLE = R(4.0);    /* nats less than the best noise about lines */
-static const real HOPELESS = R(1e9);
+static const real HOPELESS = R(1e9);    /* nats */
 static const real RESOLVED = R(12.0);   /* s, a window in which lines are just told apart */
 
 static void plain(RN(align_wind) * wind, real markov_sd, real markov_time)
@@ -87,16 +87,17 @@ static void add_lines(const RN(align_spectrum) * from, RN(align_wind) * out)
 /* The lines found, in the noises about them that may be, the likeliest first. */
 int RN(align_identify)(RN(align_window) * w, RN(align_wind) * out)
 {
-    real evidence[RN_ALIGN_BANK], top = R(0.0);
+    real evidence[RN_ALIGN_BANK], top = R(0.0), time = R(0.0);
     RN(align_spectrum) lines;
+    RN(align_wind) noise;
     int used = 0;
     find_lines(w, &lines);
     if (lines.lines == 0) return 0;
     for (int i = 0, falls = 0; i < RN_ALIGN_BANK; i++) {
-        const real before = out[0].markov_time;
-        RN(align_bank_wind)(i, &out[0]);
-        falls = falls && out[0].markov_time <= before; /* of one correlation time, winds grow and pass their best */
-        evidence[i] = falls ? -HOPELESS : RN(align_given)(w, out[0].markov_sd, out[0].markov_time, &lines);
+        RN(align_bank_wind)(i, &noise);
+        falls = falls && noise.markov_time <= time; /* of one correlation time, winds grow and pass their best */
+        time = noise.markov_time;
+        evidence[i] = falls ? -HOPELESS : RN(align_given)(w, noise.markov_sd, time, &lines);
         if (i == 0 || evidence[i] > top) top = evidence[i];
         falls = evidence[i] < top - R(2.0) * POSSIBLE && i > 0 && evidence[i] < evidence[i - 1];
     }

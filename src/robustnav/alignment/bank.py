@@ -19,10 +19,8 @@ from robustnav.alignment.readings import FIELD, VELOCITY
 from robustnav.alignment.setting import BANK, LINED, NEXT, AlignSetup, Wind
 from robustnav.frames import Array
 
-FIRST_LINED, FIRST_NEXT = (
-    len(BANK),
-    len(BANK) + LINED,
-)  # places of filters: the bank, those with lines, those for what is next
+# Places of filters: the bank, those with lines, those for what may come next.
+FIRST_LINED, FIRST_NEXT = len(BANK), len(BANK) + LINED
 LEVEL_TIME = 2.0  # s before the filters start
 FIRST_TIME = 12.0  # s of record needed to tell a slow wind from a tilt
 EARLY_TIME = 60.0  # s: until then the window is the whole record
@@ -32,7 +30,7 @@ MEMORY = 150.0  # s, forgetting of likelihood
 BROAD_SD = 0.5  # m/s: winds below it have no say before FIRST_TIME
 REFIT_UNTIL = 40.0  # s: until then new lines always replace the old
 COARSE = 1e-3  # rad/s: gyro biases beyond it are taken off the record as soon as they are known
-COARSE_BOTH = 1e-6  # rad/s: or times the accelerometer's, as a share of gravity
+COARSE_BOTH = 1e-6  # rad/s: or beyond this times the accelerometer's biases over gravity
 RECENTRE_TIMES = (5.0, 12.0, 30.0)  # s
 HEALTHY = 2.6  # smoothed misfit, 2 expected
 NEGLIGIBLE = 20.0  # nats below the best
@@ -49,11 +47,6 @@ class Running:
     belief: Belief
     score: float
     fit: float = 2.0
-
-    @property
-    def speed(self) -> float:
-        """How fast its wind changes besides its lines [m^2/s^3]."""
-        return _speed(self.belief.wind)
 
 
 class Aligner:
@@ -237,7 +230,7 @@ class Aligner:
         first = count - self._steps(SNAPSHOT_TIME)
         for i, wind in enumerate(NEXT, FIRST_NEXT):
             self._filters.pop(i, None)
-            if _speed(wind) > FASTER * best.speed:
+            if _speed(wind) > FASTER * _speed(best.belief.wind):
                 self._filters[i] = self._run_from(wind, first)[0]
         self._next_from = first
 
@@ -276,6 +269,7 @@ class Aligner:
 
 
 def _speed(wind: Wind) -> float:
+    """Return how fast a wind changes besides its lines [m^2/s^3]."""
     return 2.0 * wind.markov_sd**2 / wind.markov_time
 
 
